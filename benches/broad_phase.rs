@@ -1,8 +1,8 @@
-//! Time a body of the search for touching boxes, from a thousand to a million bodies: processor time summed over
-//! threads, the mean of several searches (Linux; it hardly depends on what else the machine does), and the least time
-//! by the clock.
+//! Time per body of the search for touching boxes, from a thousand to a million bodies: processor time summed over
+//! threads, the mean of several searches (Linux; it hardly depends on other load of the machine), and the shortest wall
+//! time.
 //!
-//! A second table gives the cost of a candidate list by its margin.
+//! A second table gives the cost of a candidate list as a function of its margin.
 //!
 //! `cargo bench --bench broad_phase` prints a table; `cargo bench --bench broad_phase -- 1000 100000` only those sizes.
 
@@ -71,7 +71,7 @@ fn rings(count: usize) -> Vec<Aabb> {
         .collect()
 }
 
-/// Nanoseconds that this process's threads have run, where the system tells.
+/// Returns the nanoseconds that the threads of this process have run, if the system provides them.
 fn processor_time() -> Option<f64> {
     let mut sum = 0.0;
     for task in std::fs::read_dir("/proc/self/task").ok()? {
@@ -81,7 +81,7 @@ fn processor_time() -> Option<f64> {
     Some(sum)
 }
 
-/// Processor time (not a number where unknown) and least clock time of a search in nanoseconds a body, and pairs a
+/// Returns processor time (NaN if unknown) and shortest wall time of a search in nanoseconds per body, and pairs per
 /// body.
 fn measure(boxes: &[Aabb]) -> [f64; 3] {
     let mut grid = Grid::default();
@@ -110,8 +110,8 @@ const SCENES: [Scene; 5] = [
     ("mixed 1000:1", mixed),
 ];
 
-/// Processor nanoseconds a body and call of a candidate list while bodies drift by up to `pace` a call, the share of
-/// calls that searched, and how long the last list is over how many boxes touch.
+/// Returns processor nanoseconds per body and call of a candidate list while bodies drift by up to `pace` per call, the
+/// fraction of calls that searched, and the ratio of the length of the last list to the number of touching pairs.
 fn measure_candidates(mut candidates: Candidates, mut boxes: Vec<Aabb>, pace: f64) -> [f64; 3] {
     const CALLS: usize = 400;
     let mut rng = ChaCha8Rng::seed_from_u64(2);
@@ -129,7 +129,8 @@ fn measure_candidates(mut candidates: Candidates, mut boxes: Vec<Aabb>, pace: f6
     [spent / (CALLS * boxes.len()) as f64, share, candidates.ensure(&boxes).len() as f64 / touching.len() as f64]
 }
 
-/// What the margin costs and saves, fixed at fractions of a body's length (4) and as the list chooses it.
+/// Prints the cost and the benefit of the margin, for fixed fractions of a body's length (4) and for the margin that
+/// the list chooses.
 fn candidates_table() {
     const LENGTH: f64 = 4.0;
     println!("{:<14} {:>8} {:>9} {:>10} {:>9} {:>8}", "candidates", "pace", "margin", "processor", "searches", "list");

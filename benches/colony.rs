@@ -1,5 +1,5 @@
-//! A colony grown from one cell, by generation: wall time split by phase, constraints, recursions and products a step,
-//! peak memory.
+//! A colony grown from one cell, by generation: wall time split by phase, constraints, recursions and products per
+//! step, peak memory.
 //!
 //! `cargo bench --bench colony` grows 256 cells; `RELCP_CELLS=1024 cargo bench --bench colony` the size of the
 //! published table.

@@ -1,5 +1,5 @@
-//! How fast the product is against this machine's memory, and what each solver costs on the stored systems. Printed
-//! tables; `cargo bench --bench lcp`.
+//! The speed of the product compared with this machine's memory, and the cost of each solver on the stored systems.
+//! Prints tables; `cargo bench --bench lcp`.
 #![allow(clippy::unwrap_used)]
 
 use relcp::internals::lcp::cpu::Cpu;
@@ -30,7 +30,7 @@ fn shortest(calls: usize, mut call: impl FnMut()) -> f64 {
     times.fold(f64::INFINITY, f64::min)
 }
 
-/// Bytes a second of `a = b + s c` on arrays far larger than the caches, three numbers moved an element.
+/// Returns the bytes per second of `a = b + s c` on arrays far larger than the caches; three numbers move per element.
 fn triad() -> f64 {
     use rayon::prelude::*;
     let n = 8_000_000;
@@ -48,7 +48,7 @@ fn triad() -> f64 {
     (3 * 8 * n) as f64 / seconds
 }
 
-/// A square lattice of bodies, each with the three neighbours after it: three rows a body, as in a packed colony.
+/// A square lattice of bodies, each with the three neighbours after it: three rows per body, as in a packed colony.
 fn lattice(rows: usize) -> Problem<3> {
     let side = ((rows as f64 / 3.0).sqrt() as usize).max(2);
     let mut problem = Problem { bodies: side * side, ..Problem::default() };
@@ -89,7 +89,8 @@ fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(work)
 }
 
-/// What an iteration of `pair_block_cg` costs one thread and all of them, on copies of a stored system.
+/// Prints the cost of an iteration of `pair_block_cg` with one thread and with all threads, on copies of a stored
+/// system.
 fn teams() {
     println!("threads {}", rayon::current_num_threads());
     println!("     rows  an iteration of one thread, us  of all, us  ratio");
@@ -108,8 +109,8 @@ fn teams() {
     }
 }
 
-/// Bytes a second of one thread's `a = b + s c` on arrays of so many bytes together: a cache's speed where they fit
-/// one.
+/// Returns the bytes per second of `a = b + s c` with one thread on arrays of `bytes` bytes in total: the speed of a
+/// cache if they fit into it.
 fn triad_of(bytes: usize) -> f64 {
     let n = (bytes / 24).max(64);
     let (mut a, b, c) = (vec![0.0; n], vec![1.0; n], vec![2.0; n]);
@@ -137,7 +138,7 @@ fn copies<const D: usize>(problem: &Problem<D>, n: usize) -> Problem<D> {
     all
 }
 
-/// What the parts of an iteration of `pair_block_cg` cost one thread.
+/// Prints the cost of the parts of an iteration of `pair_block_cg` with one thread.
 fn iterations() {
     println!(
         "one thread; a product against the triad on arrays of the same size; the small problems against a product"

@@ -1,5 +1,5 @@
-//! Separations a second of every pair of families, one thread, on pairs in contact range: from nothing, and from the
-//! normal of a pose a little earlier. Also the bound that spares a separation.
+//! Separations per second of every pair of families, with one thread, on pairs in contact range: without a start, and
+//! from the normal of a slightly earlier pose. Also measures the bound that avoids a separation.
 
 #![allow(missing_docs)]
 
@@ -11,7 +11,7 @@ use relcp::separation::{Placed, bound, separation};
 use relcp::shape::Shape;
 use std::hint::black_box;
 
-/// Pairs a measurement goes round: more than branch prediction learns, fewer than the cache holds.
+/// Number of pairs that a measurement cycles through: more than branch prediction learns, fewer than the cache holds.
 const PAIRS: usize = 512;
 
 type Warmed = (Placed, Placed, DVec3);

@@ -1,4 +1,4 @@
-// Brings the two entries of every pair to their places in the lists of its bodies.
+// Writes the two entries of every pair to their positions in the lists of its bodies.
 struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;

@@ -1,5 +1,5 @@
-// Where every body's list begins, and what to add to the number of a pair that the body found to get the pair's place
-// in the list.
+// The offset of every body's list, and the difference between a pair's position in the list and its index, for pairs
+// that the body found.
 //
 // The list of a body ascends: pairs that earlier bodies found, its own, pairs that later bodies found.
 struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
@@ -11,7 +11,7 @@ struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
 @group(0) @binding(4) var<storage, read_write> starts: array<u32>;
 @group(0) @binding(5) var<storage, read_write> own: array<u32>;
 
-// The first place whose body is `body` or later and, if `body`, whose entry is not below `entry`.
+// The first position whose body is `body` or later and, if it is `body`, whose entry is not below `entry`.
 fn place(body: u32, entry: u32) -> u32 {
     var low = 0u;
     var high = parameters.pairs;

@@ -1,5 +1,5 @@
-// As `around` of find_periodic.wgsl, in a sheared cell: beyond the side across the gradient are images that are
-// displaced along the direction, so that a body that looks there looks through all cells along it.
+// As `around` of find_periodic.wgsl, in a sheared cell: images beyond the side across the gradient are displaced along
+// the direction, so a search there covers all cells along it.
 fn around_sheared(cell: vec3<i32>, span: vec3<i32>, level: u32) -> Around {
     var look = around(cell, span, level);
     let low = cell[SHEAR_GRADIENT] - span[SHEAR_GRADIENT];

@@ -1,4 +1,4 @@
-// Brings pairs to their places in the order that they were sorted into.
+// Moves pairs to their positions in the sorted order.
 struct Parameters { pairs: u32, unused_0: u32, unused_1: u32, unused_2: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> found: array<vec2<u32>>;

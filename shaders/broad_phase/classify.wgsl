@@ -13,7 +13,7 @@ fn is_length(x: real) -> bool {
 }
 
 fn raise(word: u32, reach: u32) {
-    // Most find the maximum there: a load is cheaper than an atomic that many wait for.
+    // Most boxes do not raise the maximum: a load is cheaper than a contended atomic.
     if atomicLoad(&survey[word]) < reach { atomicMax(&survey[word], reach); }
 }
 
@@ -42,7 +42,7 @@ fn main(
     if !(known && is_length(half.x) && is_length(half.y) && is_length(half.z)) { return; }
     if any(cell <= vec3<i32>(-MOST_CELL)) || any(cell >= vec3<i32>(MOST_CELL)) { mark(FAR, 1u); }
     let reach = lattice_reach(half.xyz);
-    // A radius too small must not put a box into a level too fine for it.
+    // A radius that is too small must not assign a box to a level that is too fine.
     var widest = max(reach.x, max(reach.y, reach.z));
     if is_length(half.w) { widest = max(widest, lattice_reach(vec3r(half.w)).x); }
     let class_ = 32u - countLeadingZeros(2u * widest - 1u);

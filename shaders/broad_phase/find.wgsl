@@ -1,16 +1,15 @@
-// The pairs that every body finds: first counted, then, by the same code, written. A body looks through those cells of
-// its own level that come after its own, z before y before x, and through all cells that it can touch of the coarser
-// levels.
+// The pairs that every body finds: first counted, then written by the same code. A body searches the cells of its own
+// level that come after its own, z before y before x, and all cells of coarser levels that it can touch.
 struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 // In the order of columns; the last word is body and level.
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
 @group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
 @group(0) @binding(3) var<storage, read> boxes: array<vec4r>;
-// Where every column begins.
+// The offset of every column.
 @group(0) @binding(4) var<storage, read> starts: array<u32>;
 @group(0) @binding(5) var<storage, read> survey: array<u32>;
-// By body: how many pairs it found, or where they go.
+// By body: the number of pairs that it found, or their offset.
 @group(0) @binding(6) var<storage, read_write> list: array<u32>;
 @group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
 // Faults, and the pairs that crowded bodies found.
@@ -71,7 +70,7 @@ fn main(
                 let base = row(other_level, y, z);
                 let first = (base + bitcast<u32>(from_x)) & parameters.mask;
                 let last = (base + bitcast<u32>(high.x)) & parameters.mask;
-                // Where the table's end cuts the row, its other part is at the beginning.
+                // If the row crosses the table's end, its other part is at the beginning.
                 let parts = select(1u, 2u, first > last);
                 for (var part = 0u; part < parts; part += 1u) {
                     let begin = select(starts[first], 0u, part == 1u);
@@ -103,7 +102,7 @@ fn main(
     }
     if parameters.fill == 1u { return; }
     list[body] = found;
-    // All that find fewer than `large` find fewer than 2^31 together; so may those that find more, or the sum is too
-    // much for a word.
+    // Bodies with fewer than `large` pairs have fewer than 2^31 together. The others must too, or the sum overflows a
+    // word.
     if found >= parameters.large && atomicAdd(&crowds[1], found) >= 0x80000000u - found { atomicOr(&crowds[0], TOO_MANY); }
 }

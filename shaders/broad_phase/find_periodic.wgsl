@@ -1,5 +1,5 @@
-// As find.wgsl, in periodic space: the cells that a body looks through go round, each of them once, and a pair of one
-// level is found by the body of the lower number.
+// As find.wgsl, in periodic space: the cells of a search wrap around, each visited once, and the body with the lower
+// index finds a pair within a level.
 struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 // In one cell of space and in the order of columns; the last word is body and level.
@@ -12,8 +12,7 @@ struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
 @group(0) @binding(8) var<storage, read_write> crowds: array<atomic<u32>, 2>;
 
-// Lattice cells that a search looks further by: two remainders of two and a half pitches, and a period that is not
-// whole.
+// Additional lattice cells of a search: for two remainders of two and a half pitches, and a fractional period.
 const WRAPPED_SLACK: u32 = 6u;
 
 // Grid cells along the axes, from `start` on `count` of them; after `last` comes zero.
@@ -36,7 +35,7 @@ fn level_reach(level: u32) -> vec3<u32> {
     return reach;
 }
 
-// The grid cells within `span` lattice cells of one, of which those of a whole period are all.
+// The grid cells within `span` lattice cells of one; those of a whole period are all.
 fn around(cell: vec3<i32>, span: vec3<i32>, level: u32) -> Around {
     let periodic = PERIOD_CELLS > vec3<i32>(0);
     let whole = periodic & (span >= PERIOD_CELLS / 2);
@@ -97,7 +96,7 @@ fn main(
                     let to_x = select(min(x_end, look.last.x), x_end - look.last.x - 1, piece == 1u);
                     let first = (base + bitcast<u32>(from_x)) & parameters.mask;
                     let last = (base + bitcast<u32>(to_x)) & parameters.mask;
-                    // Where the table's end cuts the row, its other part is at the beginning.
+                    // If the row crosses the table's end, its other part is at the beginning.
                     let parts = select(1u, 2u, first > last);
                     for (var part = 0u; part < parts; part += 1u) {
                         let begin = select(starts[first], 0u, part == 1u);

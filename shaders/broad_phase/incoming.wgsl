@@ -2,7 +2,7 @@
 struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-// Where the pairs that a body found begin.
+// The offset of the pairs that a body found.
 @group(0) @binding(2) var<storage, read> first: array<u32>;
 @group(0) @binding(3) var<storage, read_write> found: array<u32>;
 @group(0) @binding(4) var<storage, read_write> entries: array<u32>;

@@ -1,9 +1,8 @@
-// Boxes are classed by size: the boxes of class k reach over no more than 2^k lattice cells, whichever way their body
-// turns. Classes share a level, from the largest on, two by two; a level bears the number of its larger class. All in
-// integers.
+// Boxes are classified by size: the boxes of class k extend over at most 2^k lattice cells in any orientation. From the
+// largest on, two classes share a level; a level has the index of its larger class. Everything is in integers.
 //
-// The survey holds which classes there are, a bit each, whether a body is too far out, and from REACH on, for every
-// class and axis, the furthest that a box reaches from its body, in lattice cells.
+// The survey has the set of classes, one bit each, whether a body is too far out, and from REACH on, for every class
+// and axis, the largest reach of a box from its body, in lattice cells.
 const CLASSES: u32 = 0u;
 const FAR: u32 = 1u;
 const REACH: u32 = 4u;
@@ -12,7 +11,7 @@ const REACH: u32 = 4u;
 const LEVEL_SHIFT: u32 = 27u;
 const BODY_MASK: u32 = 0x7ffffffu;
 
-// How far a length reaches in lattice cells: rounded up, one more for the remainders, and some ulps of slack.
+// A length in lattice cells: rounded up, plus one for the remainders, plus some ulps of slack.
 fn lattice_reach(length: vec3r) -> vec3<u32> {
     return vec3<u32>(min(ceil(length * (INVERSE_PITCH * (1.0 + 8.0 * EPSILON))), vec3r(1073741760.0))) + 1u;
 }
@@ -39,7 +38,7 @@ fn grid_cell(cell: vec3<i32>, level: u32) -> vec3<i32> {
     return cell_of_level;
 }
 
-// Where a row of cells along x begins in the table of columns. Its cells follow one another, modulo the table's size.
+// The start of a row of cells along x in the table of columns. Its cells are consecutive, modulo the table's size.
 fn row(level: u32, y: i32, z: i32) -> u32 {
     var h = (bitcast<u32>(y) * 0x9e3779b1u) ^ (bitcast<u32>(z) * 0x85ebca77u + level * 0xc2b2ae3du);
     h = (h ^ (h >> 15u)) * 0x2c1b3c6du;

@@ -1,4 +1,4 @@
-// The column of every body, and how many bodies each column has.
+// The column of every body, and the number of bodies in each column.
 struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;

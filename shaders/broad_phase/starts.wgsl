@@ -1,4 +1,4 @@
-// Where the pairs of every first body begin, and where the last one's end.
+// The offset of the pairs of every first body, and the end.
 struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 // The first bodies of the pairs, ascending.

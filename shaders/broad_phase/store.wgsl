@@ -1,4 +1,4 @@
-// The boxes that a search is made with: the bodies' own, widened by the skin.
+// The boxes of a search: those of the bodies, widened by the skin.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
 

@@ -1,5 +1,5 @@
-// Widens each body's box, about its place at the step's start or in its middle, so that it holds the body at the trial
-// too. A negative radius marks a box that is not finite.
+// Widens each body's box, about its position at the step's start or in its middle, so that it also contains the body at
+// the trial. A negative radius marks a box that is not finite.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
 

@@ -16,10 +16,10 @@ fn main(
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
     var at = LatticePoint(cells[i].xyz, remainders[i].xyz);
-    // One too far out stays there and is refused.
+    // A body too far out keeps its position and is refused.
     if all(at.cell > vec3<i32>(-MOST_CELL)) && all(at.cell < vec3<i32>(MOST_CELL)) {
         at = without_periods(at, vec3<i32>(floor(vec3r(at.cell) * PERIODS_A_CELL)));
-        // The count may have been one off.
+        // The count may have an error of one.
         let below = select(vec3<i32>(0), vec3<i32>(1), at.cell < vec3<i32>(0));
         let above = select(vec3<i32>(0), vec3<i32>(1), at.cell > PERIOD_CELLS + 1);
         at = without_periods(at, select(vec3<i32>(0), above - below, PERIOD_CELLS > vec3<i32>(0)));

@@ -6,7 +6,7 @@ struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(3) var<storage, read_write> wrapped_cells: array<vec4<i32>>;
 @group(0) @binding(4) var<storage, read_write> wrapped_remainders: array<vec4r>;
 
-// By how many periods a cell is below or above the one that bodies are moved into: at most one is counted.
+// The number of periods by which a cell is below or above the target cell: at most one is counted.
 fn beyond(cell: vec3<i32>) -> vec3<i32> {
     let below = select(vec3<i32>(0), vec3<i32>(1), cell < vec3<i32>(0));
     let above = select(vec3<i32>(0), vec3<i32>(1), cell > PERIOD_CELLS + 1);
@@ -22,13 +22,14 @@ fn main(
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
     var at = LatticePoint(cells[i].xyz, remainders[i].xyz);
-    // One too far out stays there and is refused.
+    // A body too far out keeps its position and is refused.
     if all(at.cell > vec3<i32>(-MOST_CELL)) && all(at.cell < vec3<i32>(MOST_CELL)) {
         let parts = vec3r(at.cell) * PERIODS_A_CELL;
         var many = vec3<i32>(floor(parts));
         many[SHEAR_DIRECTION] = i32(floor(periods_across(many[SHEAR_GRADIENT], parts[SHEAR_DIRECTION])));
         at = without_periods(at, many);
-        // The counts may have been one off, and one more across the gradient displaces by up to half a period.
+        // The counts may have an error of one, and one more period across the gradient displaces by up to half a
+        // period.
         var one = vec3<i32>(0);
         one[SHEAR_GRADIENT] = beyond(at.cell)[SHEAR_GRADIENT];
         at = without_periods(at, one);

@@ -1,9 +1,9 @@
-// What members of an ensemble write, copy and clear between two dispatches: one workgroup for each member, one
-// piece after the other.
+// Writes, copies and clears of an ensemble's members between two dispatches: one workgroup per member, one piece after
+// the other.
 
-// Where the list begins in `list`.
+// The offset of the list in `list`.
 @group(0) @binding(0) var<storage, read> places: array<vec4<u32>>;
-// For each member where its pieces begin and end; pieces; words that are written.
+// For each member the range of its pieces; the pieces; the words to write.
 @group(0) @binding(1) var<storage, read> list: array<u32>;
 @group(0) @binding(2) var<storage, read_write> arena: array<u32>;
 

@@ -12,7 +12,7 @@ fn is_finite(x: real) -> bool {
     return (bitcast<u32>(f32(x)) & 0x7f800000u) != 0x7f800000u;
 }
 
-// What the host recognises as an error: the result for a number that stands for nothing.
+// The result for an invalid code, which the host recognizes as an error.
 fn not_a_number() -> real {
     var zero = real(0.0);
     return zero / zero;

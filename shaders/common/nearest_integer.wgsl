@@ -1,5 +1,5 @@
 // The nearest integers, the even ones at ties, from floor alone. A software adapter on some processors computes round()
-// of f64 with a half that it rounded to f32: what lies within 3e-8 above a half goes to the wrong integer.
+// of f64 with a half that it rounded to f32: values within 3e-8 above a half give the wrong integer.
 fn nearest_integer(x: vec3r) -> vec3r {
     let below = floor(x);
     let past = x - below;

@@ -1,6 +1,6 @@
-// Orientations are kept as a coarse part, a multiple of TURN_PITCH that a float holds exactly, and a fine part under
-// half of it, so that turns far smaller than the rounding of a quaternion add up over steps. Their sum is a quaternion
-// of length one to a few roundings.
+// Orientations have a coarse part, a multiple of TURN_PITCH that is exact in a float, and a fine part below half of it,
+// so that rotations far smaller than the rounding of a quaternion accumulate over steps. Their sum is a quaternion of
+// length one to a few roundings.
 
 const TURN_PITCH: real = 9.5367431640625e-7; // 2^-20
 const TURNS: real = 1048576.0;

@@ -1,11 +1,11 @@
-// Each invocation writes a number made from its index, and how many rounds its loop made.
+// Each invocation writes a number computed from its index, and the number of iterations of its loop.
 @group(0) @binding(0) var<storage, read_write> out: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(local_invocation_index) local: u32) {
     out[2u * local] = 1000u * local + 7u;
     var rounds = 0u;
-    // A word that is zero, which no compiler can foresee: the loop cannot be folded.
+    // A zero that is unknown to the compiler, so the loop cannot be folded.
     let last = ROUNDS + out[100];
     var state = local;
     loop {

@@ -2,8 +2,8 @@
 // gradient is the fourth number of the parameters that hold the periods: whole pitches, rounded down, and four parts.
 struct LatticePoint { cell: vec3<i32>, remainder: vec3r }
 
-// As in nearest_image.wgsl: the point moved back by n periods, of which those across the gradient take the offset
-// along. Integers may overflow on the way: what they leave of a difference near at hand is right.
+// As in nearest_image.wgsl: the point moved back by n periods; those across the gradient include the offset. Integers
+// may overflow in between: the result for a small difference is still correct.
 fn without_periods(at: LatticePoint, n: vec3<i32>) -> LatticePoint {
     let bits = vec3<u32>(11u);
     let mask = vec3<i32>(2047);
@@ -19,8 +19,8 @@ fn without_periods(at: LatticePoint, n: vec3<i32>) -> LatticePoint {
     return LatticePoint(at.cell - cells, at.remainder - upper - lower);
 }
 
-// Whole periods that make cells of these coordinates, by rounding or rounding down: along the direction what those
-// across the gradient displace is taken off before.
+// The whole periods in these coordinates, by rounding or rounding down; along the direction the displacement by those
+// across the gradient is subtracted first.
 fn periods_across(across: i32, along: real) -> real {
     return along - real(across) * tilt_periods();
 }

@@ -1,5 +1,5 @@
-// Moves the separations of staged contacts that were found ahead, so that their rows are exact where the last
-// velocities lead at the end of the step: g(U_last) = Phi(C(U_last)). A larger move than MOST_AIMED is no curvature:
+// Changes the separations of staged contacts from the look ahead, so that their rows are exact where the last
+// velocities lead at the end of the step: g(U_last) = Phi(C(U_last)). A change above MOST_AIMED is not curvature: then
 // the offset stays.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
@@ -21,7 +21,8 @@ fn body_at_end(i: u32) -> Placed {
     return placed(shapes[i], end.coarse, end.fine);
 }
 
-// What a body's turning in the rest of the step adds to the separation, over dt: torque_arm in src/constraint.
+// The contribution of a body's rotation in the rest of the step to the separation, over dt: torque_arm in
+// src/constraint.
 fn turning(i: u32, normal: vec3r, lever: vec3r) -> real {
     let last = twists[2u * i + 1u].xyz;
     let there = cross(lever, normal);

@@ -1,5 +1,5 @@
-// The place of each pair of a new list in the old list, or NONE. The search goes through the old pairs of the body that
-// has fewer of them, and of the first body where the second is a surface.
+// The index of each pair of a new list in the old list, or NONE. The search covers the old pairs of the body with fewer
+// pairs, or of the first body if the second is a surface.
 
 struct Parameters { pairs: u32, old_bodies: u32, b: u32, c: u32 }
 

@@ -1,4 +1,4 @@
-// How many rows each body takes part in.
+// The number of rows of each body.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
 

@@ -1,8 +1,9 @@
-// What a row has of one of its bodies. `motions` is the kernel's array of motions, and `parameters` have the interval.
+// The part of a row for one of its bodies. `motions` is the kernel's array of motions, and `parameters` have the
+// interval.
 
 struct Part { linear: vec3r, angular: vec3r, still_to_come: real }
 
-// One body's block and its share of dt D . (U_free - U_j), for the unit vector that its surface is pushed along.
+// One body's block and its share of dt D . (U_free - U_j), for the unit vector along which its surface is pushed.
 fn part(body: u32, normal: vec3r, lever: vec3r) -> Part {
     let first = MOTION * body;
     let free = motions[first];
@@ -12,7 +13,7 @@ fn part(body: u32, normal: vec3r, lever: vec3r) -> Part {
     let half = 0.5 * parameters.dt * turning;
     var arm = (arm_there - cross(half, arm_there)) / (1.0 + dot(half, half));
     if !PLANAR && any(turning != vec3r()) {
-        // The arm of a body of revolution has a part along its axis where forces act, which would spin it.
+        // The arm of a body of revolution may have a component along its axis where forces act, which would spin it.
         let axis = axis_of(body);
         arm -= dot(axis, arm) * axis;
     }

@@ -1,4 +1,4 @@
-// What the next step starts from: the sum of each pair's multipliers. No search starts from the normal of a pair
+// The warm start of the next step: the sum of each pair's multipliers. No search starts from the normal of a pair
 // without rows.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }

@@ -1,5 +1,5 @@
-// What the next part of a step starts from: the sums of each pair's multipliers, branch by branch. Where the step is
-// accepted, no search starts from the normal of a pair without rows from here on.
+// The warm start of the next part of a step: the sums of each pair's multipliers, branch by branch. After an accepted
+// step, no search starts from the normal of a pair without rows.
 
 struct Parameters { pairs: u32, accepted: u32, b: u32, c: u32 }
 

@@ -1,5 +1,5 @@
-// One body's share of g, and of the products that tell how the row's block stands to the one that the overlap would
-// have: it with itself, with the other, and the other with itself.
+// One body's share of g, and of the products that compare the directions of the row's block and of the overlap's block:
+// of the first with itself, of both, and of the second with itself.
 struct Share { g: real, own: real, both: real, there: real }
 
 fn share(row: u32, side: u32, body: u32, normal: vec3r, lever: vec3r) -> Share {

@@ -1,6 +1,6 @@
-// The contacts of the branches in each pair's mask, at the last places of the pair's range of rows: (normal,
-// separation), (lever of a, 0), (lever of b, one and the branch's number). The last number is zero at the range's other
-// places.
+// The contacts of the branches in each pair's mask, at the last positions of the pair's range of rows: (normal,
+// separation), (lever of a, 0), (lever of b, one and the branch's number). The last number is zero at the other
+// positions of the range.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 

@@ -1,5 +1,5 @@
-// The new place of each row when pairs get more rows or other places. The rows of a pair keep their order, at the front
-// of its new range. A target is the place plus one; zero for rows whose pair has no new place.
+// The new position of each row when pairs get more rows or other positions. The rows of a pair keep their order, at the
+// front of its new range. A target is the position plus one; zero for rows whose pair has no new position.
 
 struct Parameters { pairs: u32, mapped: u32, b: u32, c: u32 }
 

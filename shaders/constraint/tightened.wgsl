@@ -1,4 +1,4 @@
-// Takes the branches whose row was tightened out of each pair's mask: the others get a row.
+// Removes the branches whose row was tightened from each pair's mask; the others get a row.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 

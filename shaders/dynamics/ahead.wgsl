@@ -1,5 +1,5 @@
-// Where the velocities of the last step lead in the part AHEAD of this one, from its start: first rows are linearised
-// there. That part of the velocity counts as the one that led there.
+// The configuration to which the velocities of the last step lead in the part AHEAD of this one, from its start: first
+// rows are linearised there. That part of the velocity counts as the velocity that led there.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 

@@ -1,13 +1,13 @@
 // The velocities at the end of a part of a step, for bodies with inertia. The part's move has these velocities. After a
-// whole step with a middle the other half of the forces' impulse is added, U + (U_free - U^k). Turns keep the angular
-// momentum in space, with the contacts' share.
+// whole step with a middle the other half of the forces' impulse is added, U + (U_free - U^k). Rotations conserve the
+// angular momentum in space, including the contacts' share.
 
 struct Parameters { bodies: u32, by_middle: u32, b: u32, c: u32 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> motions: array<vec4r>;
 @group(0) @binding(2) var<storage, read> start_twists: array<vec4r>;
-// Where mobilities were taken, and where the part ends.
+// The poses at which mobilities were evaluated, and at which the part ends.
 @group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
 @group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
 @group(0) @binding(5) var<storage, read> ended: array<vec4r>;

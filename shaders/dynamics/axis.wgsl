@@ -1,8 +1,8 @@
 // The axis of a body of revolution where forces act, at the start of a step or in its middle, about which contact
-// cannot turn it, in two numbers of its motion: the axis meets an octahedron twice, and these are x and y of the upper
-// place. `motions` is the kernel's array of motions.
+// cannot turn it, in two numbers of its motion: the axis intersects an octahedron twice, and these are x and y of the
+// upper point. `motions` is the kernel's array of motions.
 
-// In the place of the first number of a body that has no such axis.
+// The first number of a body without such an axis.
 const NO_AXIS: real = 2.0;
 
 fn axis_numbers(axis: vec3r) -> vec2r {
@@ -12,7 +12,7 @@ fn axis_numbers(axis: vec3r) -> vec2r {
     return select(on.xy, -on.xy, on.z < 0.0);
 }
 
-// A body's axis; zero where it has none.
+// A body's axis; zero if it has none.
 fn axis_of(body: u32) -> vec3r {
     let x = motions[MOTION * body + 2u].w;
     let y = motions[MOTION * body + 3u].w;

@@ -1,4 +1,4 @@
-// How a bond is stretched (src/dynamics/bonds has the equations). Its points are given in body axes, with the stiffness
+// The extension of a bond (src/dynamics/bonds has the equations). Its points are given in body axes, with the stiffness
 // after the first and the length after the second.
 
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;

@@ -1,12 +1,11 @@
-// The loads of bonds on each body, beside those that are there: k (1 - l / |way|) way at the first point, the opposite
-// at the other. Bonds are summed in the order of their numbers.
+// Adds the loads of bonds to those of each body: k (1 - l / |way|) way at the first point, the opposite
+// at the other. Bonds are summed in the order of their indices.
 
 struct Parameters { bodies: u32, adds: u32, b: u32, c: u32 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(6) var<storage, read> broken: array<u32>;
-// Where the entries of each body begin, where those of the last one end, and the entries: twice a bond's number, and
-// one more at its second body.
+// The offset of each body's entries, the end, and the entries: twice a bond's index, plus one at its second body.
 @group(0) @binding(7) var<storage, read> incident: array<u32>;
 @group(0) @binding(8) var<storage, read_write> loads: array<vec4r>;
 
@@ -15,7 +14,7 @@ fn pull_of(bond: u32, way: vec3r) -> vec3r {
     let rest = bonds[2u * bond + 1u].w;
     if rest == 0.0 { return stiffness * way; }
     let distance = length(way);
-    // Both points are one: a bond of some length has no direction.
+    // Both points coincide: a bond of positive length has no direction.
     if distance == 0.0 { return vec3r(); }
     return stiffness * (1.0 - rest / distance) * way;
 }

@@ -1,4 +1,4 @@
-// A bond whose tension k (|way| - l) is over its strength is broken from now on; one with a negative strength never
+// A bond whose tension k (|way| - l) exceeds its strength breaks for good; one with a negative strength never
 // breaks.
 
 struct Parameters { bonds: u32, a: u32, b: u32, c: u32 }

@@ -1,4 +1,4 @@
-// Bretherton's constants about the body's axes, as src/shape has them.
+// Bretherton's constants about the body's axes, as in src/shape.
 fn bretherton(shape: vec4r) -> vec3r {
     switch u32(shape.w) {
         case SPHERE: { return vec3r(); }

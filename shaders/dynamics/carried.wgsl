@@ -1,5 +1,6 @@
-// Where the flow of a cell whose lengths change leads bodies in this step, from its start: first rows are linearised
-// there, so that they do not depend on which image a body is. The flow's velocity counts as the one that led there.
+// The configuration to which the flow of a changing cell leads bodies in this step, from its start: first rows are
+// linearised there, so that they do not depend on the images of bodies. The flow's velocity counts as the velocity that
+// led there.
 
 struct Parameters {
     bodies: u32, a: u32, b: u32, c: u32,

@@ -1,4 +1,5 @@
-// What drag leaves of a body's motion in a time, where it has inertia too (src/dynamics/damping.rs has the equations).
+// The part of a body's motion that remains after a time under drag, with inertia (src/dynamics/damping.rs has the
+// equations).
 
 struct Damping { kept: real, share: real, turn_kept: vec3r, turn_share: vec3r }
 
@@ -42,7 +43,7 @@ fn damping(shape: vec4r, time: real) -> Damping {
     );
 }
 
-// A vector of turning, space axes, of which these parts about the body's axes remain.
+// Scales an angular vector, in space axes, by these factors about the body's axes.
 fn parts_of(q: vec4r, parts: vec3r, v: vec3r) -> vec3r {
     return rotate(q, parts * rotate_back(q, v));
 }

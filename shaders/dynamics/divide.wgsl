@@ -1,9 +1,9 @@
-// Divisions: a mother becomes the daughter at its lower end; the one at its upper end has a new index. Who divides, and
-// by which random turns, is the host's to say.
+// Divisions: a mother becomes the daughter at its lower end; the one at its upper end has a new index. The host
+// determines which cells divide, and their random rotations.
 
 struct Parameters { divisions: u32, a: u32, b: u32, c: u32 }
 
-// Three vectors a division: (mother, upper daughter, coarse length, fine length), and the turns of both daughters.
+// Three vectors per division: (mother, upper daughter, coarse length, fine length), and the turns of both daughters.
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> divisions: array<vec4r>;
 @group(0) @binding(2) var<storage, read> indices: array<vec2<u32>>;

@@ -1,4 +1,4 @@
-// Normal deviates from counters, as src/dynamics/thermal/draw.rs has them: Philox 4x32-10 and Box and Muller's
+// Normal deviates from counters, as in src/dynamics/thermal/draw.rs: Philox 4x32-10 and Box and Muller's
 // transformation.
 
 const ROUNDS: u32 = 10u;

@@ -1,5 +1,5 @@
-// The random loads of Brownian motion (src/dynamics/thermal.rs has the equations), beside those of the host. The scene
-// defines `strength`.
+// The random loads of Brownian motion (src/dynamics/thermal.rs has the equations), added to those of the host. The
+// scene defines `strength`.
 
 struct Parameters { bodies: u32, adds: u32, step_low: u32, step_high: u32, dt: real, root_dt: real }
 

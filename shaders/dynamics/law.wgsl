@@ -1,4 +1,4 @@
-// What laws of motion give, and what they are given.
+// The results and the inputs of laws of motion.
 
 struct Load { force: vec3r, torque: vec3r }
 
@@ -7,6 +7,6 @@ struct Motion {
     angular: vec3r,
     translation: real,
     rotation: real,
-    root: mat3r, // space axes, symmetric; used by laws whose rotational mobility is no multiple of one
-    momentum: vec3r, // with inertia: the angular momentum that the step ends with, or in its middle the impulse of torques
+    root: mat3r, // space axes, symmetric; used by laws whose rotational mobility is not isotropic
+    momentum: vec3r, // with inertia: the angular momentum at the step's end, or in its middle the impulse of torques
 }

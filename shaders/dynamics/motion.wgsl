@@ -2,9 +2,9 @@
 // `law`, `load_of` and the parameters, which have the share of each window of its forces.
 //
 // A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root
-// of the rotational mobility), the velocity and the angular velocity that the present trial was reached with (none
+// of the rotational mobility), the velocity and the angular velocity of the present trial (none
 // here; bodies came to the middle of a step with half of the first half's velocity over the whole step), in space each
-// with a number of the body's axis where forces act behind it (axis.wgsl), and with inertia the six numbers of the
+// followed by a number of the body's axis where forces act (axis.wgsl), and with inertia the six numbers of the
 // rotational root and the angular momentum at the step's end.
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;

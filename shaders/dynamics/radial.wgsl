@@ -2,7 +2,7 @@
 
 const TAU: real = 6.28318530717958647692;
 
-// Below this radius the series is summed, which the difference would lose.
+// Below this radius the series replaces the difference, which would lose its digits.
 const SERIES_RADIUS: real = 0.5;
 
 // The sine by Taylor's series within a quarter turn: no shader language has one of known accuracy in every precision.

@@ -1,9 +1,9 @@
-// How a body without torque turns in a step: the midpoint rule that keeps its angular momentum and its energy
+// The rotation of a body without torque in a step: the midpoint rule that conserves its angular momentum and its energy
 // (src/dynamics/spin.rs has the equation and its source). Moments of inertia are over the first one, and so are angular
-// momenta: a ball's is its angular velocity. In the plane bodies turn about one axis alone, steadily: their moments are
-// over that about it.
+// momenta: a ball's is its angular velocity. In the plane bodies turn steadily about one axis: their moments are
+// relative to that about it.
 
-// Newton's iterations at most.
+// The largest number of Newton iterations.
 const MOST_ITERATIONS: u32 = 10u;
 
 fn moments_of(shape: vec4r) -> vec3r {
@@ -14,7 +14,7 @@ fn moments_of(shape: vec4r) -> vec3r {
     return vec3r(1.0, m.y / m.x, m.z / m.x);
 }
 
-// Whether the body turns about every axis alike, and so steadily.
+// Whether all moments are equal, so that the body turns steadily.
 fn is_even(moments: vec3r) -> bool {
     return all(moments == vec3r(1.0));
 }
@@ -29,8 +29,8 @@ fn velocity_of(moments: vec3r, q: vec4r, momentum: vec3r) -> vec3r {
     return rotate(q, rotate_back(q, momentum) / moments);
 }
 
-// The angular momentum of a state, and what a state keeps of it: the momentum itself, so that it is never rounded, or
-// the angular velocity.
+// The angular momentum of a state, and its stored form: the momentum itself, so that it is never rounded, or the
+// angular velocity.
 fn momentum_kept(moments: vec3r, q: vec4r, kept: vec3r) -> vec3r {
     if KEEPS_MOMENTUM { return kept; }
     return momentum_of(moments, q, kept);
@@ -39,7 +39,7 @@ fn momentum_kept(moments: vec3r, q: vec4r, kept: vec3r) -> vec3r {
 fn kept_of(moments: vec3r, q: vec4r, momentum: vec3r) -> vec3r {
     if KEEPS_MOMENTUM { return momentum; }
     let velocity = velocity_of(moments, q, momentum);
-    // Roundings lean to one side: the velocity is the one of which the next step makes this momentum.
+    // Rounding errors have a bias: the stored velocity is the one from which the next step computes this momentum.
     return velocity + velocity_of(moments, q, momentum - momentum_of(moments, q, velocity));
 }
 

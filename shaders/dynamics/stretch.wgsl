@@ -21,7 +21,7 @@ fn main(
     if p >= parameters.pairs || contacts[3u * p + 2u].w == 0.0 { return; }
     let contact = contacts[3u * p];
     var nearer = stretch(pairs[p].x, contacts[3u * p + 1u].xyz, contact.xyz);
-    // A surface stays as it is.
+    // A surface does not change.
     if !is_surface(pairs[p].y) {
         nearer += stretch(pairs[p].y, contacts[3u * p + 2u].xyz, -contact.xyz);
     }

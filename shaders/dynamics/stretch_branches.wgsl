@@ -1,5 +1,5 @@
-// Takes the separations of staged contacts from the lengths in the middle of the step to those at its end, as
-// stretch.wgsl does those of pairs.
+// Changes the separations of staged contacts from the lengths in the middle of the step to those at its end, like
+// stretch.wgsl for pairs.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 
@@ -22,7 +22,7 @@ fn main(
     for (var row = row_start[p]; row < row_start[p + 1u]; row += 1u) {
         let contact = staged[3u * row];
         var nearer = stretch(pairs[p].x, staged[3u * row + 1u].xyz, contact.xyz);
-        // A surface stays as it is.
+        // A surface does not change.
         if !is_surface(pairs[p].y) {
             nearer += stretch(pairs[p].y, staged[3u * row + 2u].xyz, -contact.xyz);
         }

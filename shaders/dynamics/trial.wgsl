@@ -1,4 +1,4 @@
-// The trial C(U): the total velocity U = U_free + L v / sqrt(dt), and the pose that it reaches from the step's start.
+// The trial C(U): the total velocity U = U_free + L v / sqrt(dt), and the pose at its end from the step's start.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 

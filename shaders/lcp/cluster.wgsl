@@ -1,13 +1,14 @@
 // A few steps of conjugate gradients in the local LCP of a cluster, by one workgroup: the minimum of
 // g . d + 1/2 |J^T d|^2 over x + d >= 0, from d = 0, with a compliance. It is the method of src/lcp/pair_block_cg.rs.
-// Every invocation has two rows, whose vectors it keeps itself; in workgroup memory is what other invocations need.
+// Every invocation has two rows, whose vectors it keeps itself; workgroup memory has the data that other invocations
+// need.
 //
-// The words in `clusters`: for every cluster where its rows, pairs and bodies begin, and how many these are; for every
-// row of it its number, its bodies, and the place of its displacement; for every pair its first row and how many it
-// has, those of one row first, since invocations of a group that do the same do not wait for each other; for every body
-// where its list of rows begins, and these lists.
+// The words in `clusters`: for every cluster the offsets and the numbers of its rows, pairs and bodies; for every row
+// its index, its bodies, and the position of its displacement; for every pair its first row and its number of rows,
+// pairs with one row first, because invocations of a group with the same work do not wait for each other; for every
+// body the offset of its list of rows, and these lists.
 
-// Vectors in `lanes`, each of MOST_ROWS numbers. Six sums at once overwrite all but the last.
+// Vectors in `lanes`, each of MOST_ROWS numbers. Six sums at once overwrite all except the last.
 const STEEP: u32 = 0u;
 const STEP: u32 = 1u;
 const START: u32 = 3u;
@@ -79,7 +80,7 @@ fn share(vector: u32, local: u32, numbers: vec2r) {
     hold(vector, local + WORKGROUP, numbers.y);
 }
 
-// One of the sums that `bring` brings together.
+// One of the sums of `bring`.
 fn leave(sum: u32, local: u32, number: real) { lanes[sum * WORKGROUP + local] = number; }
 
 fn bring(local: u32, count: u32, kinds: u32) {
@@ -205,7 +206,7 @@ fn descend_in_cluster(c: Cluster, own: Own, local: u32, start: vec2r, steep: vec
         var best = real(1.0);
         if curvature > 0.0 { best = larger(-slope / curvature, real(0.0)); }
         let advance = smaller(best, found[1]);
-        // Displacements are added, not what they lead to, so that small ones are exact.
+        // Displacements are added instead of positions, so that small ones are exact.
         let ahead = moved + advance * next;
         moved = vec2r(cone_change(ahead.x, start.x), cone_change(ahead.y, start.y));
         g += advance * product;

@@ -1,4 +1,4 @@
-// What a multiplier may be: the functions of src/lcp/cone.rs. Multipliers and gaps are both in the ray x >= 0.
+// The admissible multipliers: the functions of src/lcp/cone.rs. Multipliers and gaps are both in the ray x >= 0.
 
 fn cone_project(x: real) -> real { return max(x, 0.0); }
 fn cone_lack(x: real) -> real { return max(-x, 0.0); }
@@ -8,12 +8,12 @@ fn cone_contains3(x: vec3r) -> bool { return all(x >= vec3r()); }
 fn cone_is_free(x: real) -> bool { return x > 0.0; }
 fn cone_is_bound(x: real) -> bool { return x <= 0.0; }
 
-// Changes of multipliers: the one that leads x to the bound, and of a change what leads it nowhere outside.
+// Changes of multipliers: the change that moves x to the bound, and the part of a change that stays in the cone.
 fn cone_change_to_bound(x: real) -> real { return -x; }
 fn cone_change(change: real, x: real) -> real { return max(change, cone_change_to_bound(x)); }
 fn cone_allows(change: real, x: real) -> bool { return change >= cone_change_to_bound(x); }
 
-// Nothing is in the way of a row that does not fall.
+// A row that does not fall has no limit.
 fn cone_room(x: real, d: real) -> real { return select(HUGE, x / -d, d < 0.0); }
 
 // The natural residual.

@@ -1,4 +1,4 @@
-// Sums of products in two parts: `rest` adds up what rounding takes off each product and off each sum.
+// Sums of products in two parts: `rest` accumulates the rounding errors of products and sums.
 struct TwoParts {
     value: vec4r,
     rest: vec4r,
@@ -12,13 +12,13 @@ fn add_product(sum: TwoParts, a: vec4r, x: vec4r, low: vec4r) -> TwoParts {
     return TwoParts(value, sum.rest + (lost + a * low));
 }
 
-// The same number with a value that is as near as can be.
+// The same number with its value correctly rounded.
 fn rounded(sum: TwoParts) -> TwoParts {
     let value = steady4(sum.value + sum.rest);
     return TwoParts(value, sum.rest - steady4(value - sum.value));
 }
 
-// q and the four numbers of a sum.
+// q plus the four numbers of a sum.
 fn all_of(q: real, sum: TwoParts) -> real {
     var value = q;
     var rest = real(0.0);

@@ -1,5 +1,5 @@
-// One instruction on one row: its value from up to three vectors and two numbers. Those from DOT on are reduced over
-// all rows.
+// One instruction on one row: its value from up to three vectors and two scalars. Instructions from DOT on are reduced
+// over all rows.
 
 fn reduction_kind(instruction: u32) -> u32 {
     return select(select(SUM, LEAST, instruction == ROOM), WORST, instruction >= RESIDUAL);

@@ -1,4 +1,4 @@
-// Instructions as one workgroup reads them from the program.
+// Instructions that one workgroup reads from the program.
 struct Instruction {
     what: u32,
     out: u32,
@@ -15,7 +15,7 @@ fn instruction(place: u32) -> Instruction {
     return Instruction(i.x, i.y, i.z, i.w, j.x, number(j.y), number(j.z));
 }
 
-// One instruction on a row. Returns what is to be reduced.
+// One instruction on a row. Returns the value to reduce.
 fn run_row(i: Instruction, row: u32) -> real {
     let value = row_value(i.what, vectors[at(i.a, row)], vectors[at(i.b, row)], vectors[at(i.c, row)], i.s, i.t);
     if i.what < DOT {

@@ -1,5 +1,5 @@
-// Products of rows of J. A row has two blocks, one for each body of its pair, of WIDTH vectors of four each. A number
-// of a second body beyond all bodies is a surface without mobility: its block is zero, and it has no velocity.
+// Products of rows of J. A row has two blocks, one for each body of its pair, of WIDTH vectors of four each. A second
+// body with an index beyond all bodies is a surface without mobility: its block is zero, and it has no velocity.
 
 // g of a row without q: its two blocks times the velocities of its bodies.
 fn row_product(row: u32) -> real {

@@ -1,4 +1,4 @@
-// Each workgroup leaves one partial sum of each for the next stage.
+// Each workgroup writes its partial sums for the next stage.
 fn leave_sums(group: u32, local: u32, count: u32, kinds: u32) {
     reduce(local, kinds);
     if local < count {

@@ -1,4 +1,4 @@
-// What one workgroup does once in a solve, read from a program: turn after turn, with barriers inside.
+// The work of one workgroup that occurs once in a solve, read from a program: turn after turn, with barriers inside.
 @group(0) @binding(1) var<storage, read> program: array<vec4<u32>>;
 
 fn run_rows(begin: u32, end: u32, local: u32) {
@@ -21,7 +21,7 @@ fn run_product(out: u32, add_q: u32, rows: u32, local: u32) {
     }
 }
 
-// A turn does one of each kind, in this order; a driver that runs all branches does little in vain so.
+// A turn does one of each kind, in this order, so a driver that executes all branches wastes little.
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(local_invocation_index) local: u32) {
     take_up_numbers(local);
@@ -29,7 +29,7 @@ fn main(@builtin(local_invocation_index) local: u32) {
         halted = select(0u, 1u, scalars[HALT] != 0.0);
     }
     for (var place = parameters.first; place < parameters.last; place += 4u) {
-        // What confirms a look is done only after one that ended the batch.
+        // Work that confirms a check is done only after a check that ended the batch.
         if workgroupUniformLoad(&halted) != min(parameters.looks, 1u) { break; }
         // Instructions before and after.
         let rows = program[place];
@@ -37,7 +37,7 @@ fn main(@builtin(local_invocation_index) local: u32) {
         let blocks = program[place + 1u];
         // A product: bodies, their vector, rows, their result.
         let product = program[place + 2u];
-        // Operations on numbers, kinds of sums; the second part of the product's vector.
+        // Operations on scalars, kinds of sums; the second part of the product's vector.
         let finish = program[place + 3u];
         run_rows(rows.x, rows.y, local);
         fence();

@@ -1,5 +1,5 @@
-// Operations on numbers, one after the other. `numbers_in_workgroup.wgsl` or `numbers_in_storage.wgsl` says where they
-// are.
+// Operations on scalars, one after the other. `numbers_in_workgroup.wgsl` or `numbers_in_storage.wgsl` defines their
+// memory.
 
 fn operate(what: u32, a: real, b: real, c: real) -> real {
     switch what {
@@ -16,7 +16,7 @@ fn operate(what: u32, a: real, b: real, c: real) -> real {
     }
 }
 
-// By one invocation. A look whose residual is at most the tolerance, or not finite, ends the program.
+// By one invocation. A check whose residual is at most the tolerance, or not finite, ends the program.
 fn run_numbers(first: u32, last: u32) {
     for (var place = first; place < last; place += 1u) {
         let i = program[place];

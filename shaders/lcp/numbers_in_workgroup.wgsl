@@ -1,4 +1,4 @@
-// Numbers in a copy in workgroup memory, near to the one invocation that operates on them.
+// A copy of the scalars in workgroup memory, fast for the one invocation that operates on them.
 var<workgroup> numbers: array<real, NUMBERS>;
 
 fn number(place: u32) -> real { return numbers[place]; }

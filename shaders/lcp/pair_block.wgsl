@@ -1,13 +1,15 @@
 // The small problem of one pair, argmin over x + c >= 0 of g . c + 1/2 (c - w) . B (c - w), where B is the block of A
-// with a relative regularization. Changes are computed, not what they lead to, so that small ones are exact. Zero rows
-// of A stay. One and two rows in closed form, more by the active set method of Lawson and Hanson. A pair of more than
-// MOST_EXACT rows is cut into parts; with as many times their blocks, which is no less than B, the step still descends.
+// with a relative regularization. It computes changes instead of positions, so that small ones are exact. Zero rows
+// of A stay. One and two rows in closed form, more by the active set method of Lawson and Hanson. A pair with more than
+// MOST_EXACT rows is divided into parts; with the blocks times the number of parts, which is at least B, the step still
+// descends.
 const ENTRIES: u32 = 36u;
 
 // B of pairs with more than two rows: MOST_EXACT numbers a row, the entries with the earlier rows of its part and with
-// itself. They are in `entries`; the kernel says where a row has them (`entry_place`), and where vectors are (`held`).
+// itself. They are in `entries`; the kernel defines the position of a row's entries (`entry_place`) and of vectors
+// (`held`).
 
-// A number of a vector that may be missing.
+// An entry of an optional vector.
 fn number_of(vector: u32, row: u32) -> real {
     if vector == NONE { return 0.0; }
     return held(vector, row);
@@ -27,10 +29,10 @@ fn minimize_few(row: u32, two: bool, x: u32, w: u32, g: u32, out: u32) {
     let s = select(vec2r(), slope, inverse > vec2r());
     let ac = select(vec2r(1.0), SHIFT / inverse, inverse > vec2r());
     let alone = cone_change(wanted.x - s.x / ac.x, start.x);
-    // By elimination: what rounding does to the second change the first one makes up for, which Cramer's rule does not.
+    // By elimination: the first change compensates the rounding error of the second, unlike with Cramer's rule.
     let change = (b / ac.x * s.x - s.y) * inverse_schur;
     let both = wanted + vec2r(-(s.x + b * change) / ac.x, change);
-    // One of them with the other at zero.
+    // One row with the other at zero.
     let y = wanted - lowest;
     let first = cone_change(wanted.x + (b * y.y - s.x) / ac.x, start.x);
     let second = cone_change(wanted.y + (b * y.x - s.y) / ac.y, start.y);
@@ -61,7 +63,7 @@ fn slope_of(row: u32, g: u32, step: real) -> real {
 
 fn start_of(row: u32, x: u32, w: u32) -> real { return held(x, row) + number_of(w, row); }
 
-// Data are read where they are: of what is private, only what changes is kept.
+// Data are read in place; only changing values are private.
 fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out: u32) {
     var l: array<real, ENTRIES>;
     // From y = x + w; rows that are not free are held at zero.
@@ -73,7 +75,7 @@ fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out:
         change[i] = cone_lack(start);
         free |= select(0u, 1u << i, cone_is_free(start));
     }
-    // The objective never rises; the bound on rounds only matters to rounding.
+    // The objective never rises; the limit on rounds matters only with rounding errors.
     for (var round = 0u; round < 4u * m + 4u; round += 1u) {
         // The minimum over the free rows, by Cholesky.
         for (var i = 0u; i < m; i += 1u) {
@@ -148,7 +150,7 @@ fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out:
                 rise += term;
                 size += abs(term);
             }
-            // What rounding makes of nothing is no slope.
+            // A slope from rounding counts as zero.
             rise = (rise + EPSILON * (4.0 * size)) / sqrt(entry(first, i, i));
             if rise < steepest {
                 steepest = rise;
@@ -173,14 +175,14 @@ fn solve_two(a: real, b: real, c: real, r: vec2r) -> vec2r {
     return vec2r(r.x / a - l * second, second);
 }
 
-// The better one of two changes from y, each with the objective that it leads to, if the second one is allowed.
+// The better of two changes from y, each with its objective, if the second one is allowed.
 fn better(best: vec4r, change: vec3r, y: vec3r, slope: vec3r, b: mat3r) -> vec4r {
     let objective = dot(change, slope + 0.5 * (b * change));
     let allowed = cone_contains3(y + change) && objective < best.w;
     return select(best, vec4r(change, objective), allowed);
 }
 
-// Three rows, in registers: the best one of the minima with some of the rows held at zero.
+// Three rows, in registers: the best of the minima with some of the rows held at zero.
 fn minimize_three(first: u32, x: u32, w: u32, g: u32, out: u32) {
     let y = vec3r(start_of(first, x, w), start_of(first + 1u, x, w), start_of(first + 2u, x, w));
     let slope = vec3r(slope_of(first, g, 1.0), slope_of(first + 1u, g, 1.0), slope_of(first + 2u, g, 1.0));
@@ -192,7 +194,7 @@ fn minimize_three(first: u32, x: u32, w: u32, g: u32, out: u32) {
     let b02 = entries[at_two];
     let b12 = entries[at_two + 1u];
     let b = mat3r(vec3r(d.x, b01, b02), vec3r(b01, d.y, b12), vec3r(b02, b12, d.z));
-    // None of them free.
+    // No row free.
     var best = vec4r(-y, dot(y, 0.5 * (b * y) - slope));
     // One.
     let alone = b * y - d * y - slope;
@@ -223,7 +225,7 @@ fn minimize_three(first: u32, x: u32, w: u32, g: u32, out: u32) {
     }
 }
 
-// Without a slope w is what is wanted wherever it leads to nothing negative. One and two rows find that by themselves.
+// Without a slope, w is the solution if it gives no negative multiplier. One and two rows need no special case.
 fn is_inside(first: u32, last: u32, x: u32, w: u32, g: u32) -> bool {
     let many = last - first > 2u && g == NONE;
     var inside = many;
@@ -233,7 +235,7 @@ fn is_inside(first: u32, last: u32, x: u32, w: u32, g: u32) -> bool {
     return inside;
 }
 
-// Where w is what is wanted it is kept.
+// If w is the solution, it is used.
 fn keep_wanted(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) -> bool {
     let inside = is_inside(first, last, x, w, g);
     for (var row = select(last, first, inside); row < last; row += 1u) {
@@ -252,7 +254,7 @@ fn minimize_parts(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
     }
 }
 
-// What is seldom needed stands in loops of few rounds: drivers without branches run through all else.
+// Rare cases are in loops with few iterations, because drivers without branches execute everything else.
 fn minimize_block(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
     let rows = last - first;
     if rows == 0u { return; }

@@ -1,4 +1,4 @@
-// The small problems of all pairs: vectors are where all rows have them.
+// The small problems of all pairs, with global vectors.
 fn held(vector: u32, row: u32) -> real { return vectors[at(vector, row)]; }
 fn hold(vector: u32, row: u32, number: real) { vectors[at(vector, row)] = number; }
 fn inverse_of(row: u32) -> real { return vectors[at(INVERSE, row)]; }

@@ -1,4 +1,4 @@
-// The small problems of the pairs of a cluster: its vectors are in workgroup memory, by its own numbers of rows.
+// The small problems of the pairs of a cluster: its vectors are in workgroup memory, with local row indices.
 fn held(vector: u32, row: u32) -> real { return lanes[vector * MOST_ROWS + row]; }
 fn hold(vector: u32, row: u32, number: real) { lanes[vector * MOST_ROWS + row] = number; }
 fn inverse_of(row: u32) -> real { return vectors[at(INVERSE, row_of[row])]; }

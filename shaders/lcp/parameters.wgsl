@@ -1,29 +1,30 @@
-// What one dispatch does.
+// The parameters of one dispatch.
 struct Parameters {
     rows: u32,
     pairs: u32,
     bodies: u32,
-    // Numbers from one vector to the next.
+    // The stride between vectors.
     stride: u32,
     // Workgroups that reduce.
     groups: u32,
-    // Looks before those of this stage, over the solve; in one workgroup: whether it confirms a look.
+    // Checks before those of this stage, over the solve; in one workgroup: whether it confirms a check.
     looks: u32,
-    // The place of the first number that this stage makes.
+    // The offset of the first scalar that this stage computes.
     base: u32,
-    // Where the partial sums begin that this stage takes, and those that it makes.
+    // The offsets of the partial sums that this stage reads, and of those that it writes.
     sums_from: u32,
     sums_into: u32,
     // In one workgroup: turns.
     first: u32,
     last: u32,
-    // Zero, which a compiler cannot know.
+    // A zero that is unknown to the compiler.
     zero: u32,
-    // The places of a stage's vectors, four in a word, and of its numbers, two in a word.
+    // The offsets of a stage's vectors, four per word, and of its scalars, two per word.
     vectors: array<vec4<u32>, 2>,
     numbers: array<vec4<u32>, 4>,
 }
-// Where a stage's vectors and numbers are, as above; the first number that it makes; looks before it, over the solve.
+// The offsets of a stage's vectors and scalars, as above; the first scalar that it computes; the checks before it, over
+// the solve.
 struct Places {
     vectors: array<vec4<u32>, 2>,
     numbers: array<vec4<u32>, 4>,

@@ -1,4 +1,4 @@
-// The sum of what the clusters of a row lead to, in their order; a row in none of them keeps its number.
+// The sum of the displacements of a row's clusters, in their order; a row in no cluster keeps its value.
 fn sum_of_parts(row: u32, kept: real) -> real {
     let last = part_start[row + 1u];
     var sum = real(0.0);

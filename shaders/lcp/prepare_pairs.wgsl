@@ -1,6 +1,6 @@
 // The blocks of A that belong to pairs. For pairs of two rows B_01 and B_00 / det B: the determinant is computed from
-// the rest of one row without its part along the other, because a c - b b loses it where the rows are nearly parallel.
-// For pairs of more rows all of B.
+// the component of one row orthogonal to the other, because a c - b b cancels if the rows are nearly parallel. For
+// pairs of more rows all of B.
 @group(0) @binding(1) var<storage, read> block_start: array<u32>;
 @group(0) @binding(2) var<storage, read> pair: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read> jacobian: array<vec4r>;
@@ -10,8 +10,7 @@
 
 fn alive(row: u32) -> bool { return vectors[at(INVERSE, row)] > 0.0; }
 
-// The part of row j that is left when `part` of row i is taken off: its product with row j. The rows may name their
-// pair in either order.
+// Row j minus `part` of row i: its product with row j. The bodies of the rows may be in either order.
 fn left_over(i: u32, j: u32, part: real) -> vec2r {
     let turned = select(0u, 1u, any(pair[i] != pair[j]));
     var product = real(0.0);

@@ -1,4 +1,4 @@
-// What the solvers want to know of each row: q, the diagonal of A, its majorant, and the start. The tape inverts the
+// The solvers' data of each row: q, the diagonal of A, its majorant, and the start. The tape inverts the
 // diagonals.
 @group(0) @binding(1) var<storage, read> pair: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> jacobian: array<vec4r>;
@@ -32,7 +32,7 @@ fn main(
     let squares = vec2r(square(2u * row), square(2u * row + 1u));
     let diagonal = squares.x + squares.y;
     var q = offset[row];
-    // A number that is not finite must show in the residual, which a row that is wide open would hide.
+    // A number that is not finite must appear in the residual; an open row would hide it.
     if !is_finite(q) || !is_finite(diagonal) {
         q = -abs(q) - diagonal;
     }

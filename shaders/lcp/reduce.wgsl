@@ -8,7 +8,7 @@ fn identity(kind: u32) -> real {
     return select(real(0.0), HUGE, kind == LEAST);
 }
 
-// The worst is not finite if one is not.
+// The worst is not finite if any is not.
 fn join(kind: u32, a: real, b: real) -> real {
     let worst = select(select(select(b, a, a >= b), b, !is_finite(b)), a, !is_finite(a));
     let least = select(a, b, b < a);
@@ -17,8 +17,7 @@ fn join(kind: u32, a: real, b: real) -> real {
 
 fn kind_of(kinds: u32, reduction: u32) -> u32 { return (kinds >> (2u * reduction)) & 3u; }
 
-// Brings what the invocations left in `lanes` together; then `total` gives each sum to the invocations under
-// REDUCTIONS.
+// Reduces the values of the invocations in `lanes`; then `total` returns each sum to the invocations below REDUCTIONS.
 fn reduce(local: u32, kinds: u32) {
     workgroupBarrier();
     let reduction = local / LANES;

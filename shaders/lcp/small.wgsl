@@ -1,9 +1,9 @@
-// What one workgroup needs for a small problem.
+// The data of one workgroup for a small problem.
 @group(0) @binding(2) var<storage, read_write> scalars: array<real>;
 @group(0) @binding(3) var<storage, read_write> vectors: array<real>;
 @group(0) @binding(4) var<storage, read_write> velocity: array<vec4r>;
 @group(0) @binding(5) var<storage, read> jacobian: array<vec4r>;
-// The pairs, where their rows begin, where the bodies' lists begin, and those lists.
+// The pairs, the offsets of their rows, the offsets of the bodies' lists, and these lists.
 @group(0) @binding(6) var<storage, read> lists: array<u32>;
 
 var<workgroup> totals: array<real, REDUCTIONS>;
@@ -17,14 +17,14 @@ fn fence() {
     storageBarrier();
 }
 
-// Brings together the sums that the work before left.
+// Reduces the partial sums of the previous work.
 fn take_sums(local: u32, count: u32, kinds: u32) {
     reduce(local, kinds);
     if local < count { totals[local] = total(local, kinds); }
     workgroupBarrier();
 }
 
-// Where a body's entries stand among the lists.
+// The range of a body's entries in the lists.
 fn entries_of(body: u32) -> vec2<u32> {
     let starts = 2u * parameters.rows + parameters.pairs + 1u;
     let incidence = starts + parameters.bodies + 1u;

@@ -1,5 +1,5 @@
-// In one workgroup, the velocity J^T (x + low) of a body in two parts. `second` is one more than the place of `low`, NONE
-// where that is missing.
+// In one workgroup, the velocity J^T (x + low) of a body in two parts. `second` is the offset of `low` plus one, or
+// NONE if it is missing.
 fn move_body(body: u32, x: u32, second: u32) {
     let span = entries_of(body);
     var sum = TwoParts();

@@ -1,8 +1,8 @@
-// One workgroup solves the small problems of all pairs: those of one or two rows, those of three, then all others, so
-// that a driver without branches runs through what is seldom needed as seldom as it is.
+// One workgroup solves the small problems of all pairs: pairs with one or two rows, pairs with three, then all others,
+// so that a driver without branches rarely executes the rare cases.
 fn rows_of_slot(slot: u32) -> u32 { return block_start(slot + 1u) - block_start(slot); }
 
-// The next slot of this invocation, from one on, whose pair has so many rows.
+// The next slot of this invocation, from one on, whose pair has this number of rows.
 fn next_slot(first: u32, pairs: u32, least: u32, most: u32) -> u32 {
     var slot = first;
     for (; slot < pairs; slot += WORKGROUP) {

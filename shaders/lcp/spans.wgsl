@@ -1,4 +1,4 @@
-// Where the rows of pairs begin and end.
+// The ranges of the rows of pairs.
 fn begins_pair(row: u32) -> bool { return row < parameters.rows && span[row] >= FIRST_OF_PAIR; }
 
 // The first row of a pair from this one on.

@@ -1,4 +1,4 @@
-// Brings together the partial sums that the stage before left: all workgroups in the same order.
+// Reduces the partial sums of the previous stage: all workgroups in the same order.
 
 // Invocations that share one sum.
 const TAKERS: u32 = 32u;

@@ -1,5 +1,5 @@
-// The rays of tiles, a workgroup a tile: each against the bodies of its tile, from front to back, until none can be
-// nearer.
+// The rays of tiles, one workgroup per tile: each is tested against the bodies of its tile, from front to back, until
+// none can be nearer.
 
 struct Band {
     // The first tile, and tiles in a row of the picture.
@@ -9,7 +9,7 @@ struct Band {
     unused: u32,
 }
 
-// A body as the camera sees it.
+// A body in the camera's axes.
 struct Drawn {
     // The camera's right, up and toward in body axes. With them: the body's size; one sample in units of it; the height
     // of its front.
@@ -18,11 +18,11 @@ struct Drawn {
     toward: vec4<f32>,
     // Sizes in units of the size; the height of the centre.
     sizes: vec4<f32>,
-    // What is left of the centre's place, in samples.
+    // The fractional position of the centre, in samples.
     rest: vec2<f32>,
     kind: u32,
     body: u32,
-    // The whole samples of the centre's place.
+    // The position of the centre in whole samples.
     place: vec2<i32>,
     // First and last column, first and last row.
     columns: vec2<u32>,

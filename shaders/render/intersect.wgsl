@@ -1,4 +1,5 @@
-// Where a line first meets a body, in body axes and in units of the body's size: as src/render/intersect.rs.
+// The first intersection of a line with a body, in body axes and in units of the body's size, as in
+// src/render/intersect.rs.
 
 // No hit.
 const MISS: f32 = 3e38;
@@ -57,7 +58,7 @@ fn quartic_slope(c: vec3<f32>, t: f32) -> f32 {
     return (4.0 * t * t + 2.0 * c.x) * t + c.y;
 }
 
-// The least root in a convex part from `start`, before which there is none, to `end`.
+// The least root in a convex part from `start` to `end`, with no root before `start`.
 fn convex_root(c: vec3<f32>, start: f32, end: f32) -> f32 {
     var t = start;
     for (var k = 0; k < NEWTON_STEPS; k += 1) {
@@ -81,7 +82,7 @@ fn convex_root(c: vec3<f32>, start: f32, end: f32) -> f32 {
     return t;
 }
 
-// The root before `start` in a concave part that `start` ends, with a value not above zero there.
+// The root before `start` in a concave part that ends at `start`, with a value of at most zero there.
 fn concave_root(c: vec3<f32>, start: f32) -> f32 {
     var t = start;
     for (var k = 0; k < NEWTON_STEPS; k += 1) {

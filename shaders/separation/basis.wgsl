@@ -18,7 +18,7 @@ fn orthonormal_pair(n: vec3r) -> DirectionPair {
 }
 
 // Cosine and sine of half the angle of the vector (x, y), from -pi/2 to pi/2. The vector is scaled first: squares of
-// numbers such as 1e-22 keep few digits, or none.
+// numbers such as 1e-22 have few digits, or none.
 fn half_turn(y: real, x: real) -> vec2r {
     let scale = max(abs(x), abs(y));
     if !(scale > TINY) {

@@ -1,6 +1,5 @@
-// Bodies where they are, and what needs one of them or one direction alone: boxes, bounding radii, lower bounds of
-// separations.
-// `kind` and `sizes` are a shape's code; the quaternion (x, y, z, w) takes body axes to space.
+// Bodies with their poses, and functions of a single body or direction: boxes, bounding radii, lower bounds of
+// separations. `kind` and `sizes` are a shape's code; the quaternion (x, y, z, w) rotates body axes to space.
 struct Placed {
     kind: u32,
     sizes: vec3r,
@@ -16,7 +15,7 @@ struct Separation {
     lever_b: vec3r,
 }
 
-// Body axes in space, as columns. Divided by the square of the length, which rounding leaves off one.
+// Body axes in space, as columns. Divided by the squared length, which differs from one by rounding.
 fn body_axes(q: vec4r) -> mat3r {
     let twice = q * (2.0 / dot(q, q));
     let xx = q.x * twice.x;
@@ -46,7 +45,7 @@ fn half_segment(p: Placed) -> real {
     return select(real(0.0), 0.5 * (p.sizes.y - p.sizes.x), p.kind == SPHEROCYLINDER);
 }
 
-// The radius that a centreline is thickened by; an ellipsoid has no centreline.
+// The radius around a centreline; an ellipsoid has no centreline.
 fn tube_radius(p: Placed) -> real {
     switch p.kind {
         case SPHERE: { return p.sizes.x; }
@@ -56,7 +55,7 @@ fn tube_radius(p: Placed) -> real {
     }
 }
 
-// Radius of the smallest sphere about the centre that holds the body.
+// Radius of the smallest sphere about the centre that contains the body.
 fn bounding_radius(p: Placed) -> real {
     switch p.kind {
         case SPHERE: { return p.sizes.x; }
@@ -75,7 +74,7 @@ fn thickness(p: Placed) -> real {
     return 2.0 * tube_radius(p);
 }
 
-// Half the sizes of the smallest box along the axes of space that holds the body.
+// Half the sizes of the smallest box along the axes of space that contains the body.
 fn half_extents(p: Placed) -> vec3r {
     switch p.kind {
         case SPHERE, SPHEROCYLINDER: {
@@ -89,7 +88,7 @@ fn half_extents(p: Placed) -> vec3r {
             return sqrt(x * x + y * y + z * z);
         }
         case TORUS: {
-            // Of the other two components: this does not cancel where the axis lies on one of space.
+            // From the other two components: this does not cancel if the axis is along one of space.
             let axis = body_z(p.orientation);
             let square = axis * axis;
             return sqrt(square.yzx + square.zxy) * p.sizes.x + vec3r(p.sizes.y);

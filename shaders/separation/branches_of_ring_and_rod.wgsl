@@ -1,4 +1,4 @@
-// The smooth branches of the separation of a ring and a rod: number 1 is the minimum of the distance before the place
+// The smooth branches of the separation of a ring and a rod: number 1 is the minimum of the distance before the point
 // of the rod nearest to the ring's axis, number 2 the one after it.
 
 fn are_ring_and_rod(a: Placed, b: Placed) -> bool {
@@ -26,7 +26,7 @@ fn ring_and_rod(delta: vec3r, a: Placed, b: Placed) -> RingAndRod {
     return RingAndRod(swapped, to_rod, ring, axis, half, size, sides);
 }
 
-// Where the distance falls on beyond the piece, its border is no minimum; where it does not, both pieces have it.
+// If the distance keeps falling beyond the piece, its border is not a minimum; otherwise both pieces have it.
 fn is_minimum(pair: RingAndRod, found: PlaceMinimum) -> bool {
     return found.outer != found.inner && (abs(found.at - found.inner) > TIE * pair.size || abs(found.at) == pair.half);
 }
@@ -61,7 +61,7 @@ fn separation_of_ring_and_rod(delta: vec3r, a: Placed, b: Placed, k: u32) -> Sep
     return thickened(found, tube_radius(a), tube_radius(b));
 }
 
-// By how far ring and rod turn and slide.
+// The slack by which ring and rod turn and slide.
 fn slack_of_ring_and_rod(a: Placed, b: Placed, turned: vec3r, slid: real) -> real {
     let ring_radius = select(b.sizes.x, a.sizes.x, a.kind == TORUS);
     let half = max(half_segment(a), half_segment(b));

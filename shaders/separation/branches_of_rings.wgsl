@@ -1,6 +1,6 @@
 // The smooth branches of the separation of two rings: numbers 1 to 4 are the minima of the distance along the smaller
-// ring, in the order of their angles on it, of two rings of one size along the second. They are counted up to WINDOW
-// above the nearest, so that a minimum has the same number whatever is asked about.
+// ring, in the order of their angles on it; along the second if both have the same size. They are counted up to WINDOW
+// above the nearest, so that a minimum has the same number in all queries.
 
 fn are_rings(a: Placed, b: Placed) -> bool {
     return a.kind == TORUS && b.kind == TORUS;
@@ -54,7 +54,7 @@ fn separation_of_rings(delta: vec3r, a: Placed, b: Placed, nearest: real, k: u32
     return thickened(at, tube_radius(a), tube_radius(b));
 }
 
-// By how far the rings turn and slide.
+// The slack by which the rings turn and slide.
 fn slack_of_rings(a: Placed, b: Placed, turned: vec3r, slid: real) -> real {
     let turning = length(turned) * 2.0 * min(a.sizes.x, b.sizes.x);
     return turning + slid + LEAST_SLACK * (tube_radius(a) + tube_radius(b));

@@ -1,8 +1,8 @@
 // The smooth branches of the separation of two rods: number 0 is the separation itself, 1 and 2 are the ends of the
 // first rod against the other, 3 and 4 those of the second.
 
-// An end against the other segment: the points of the centrelines, the way from the first to the second, and the bit of
-// the other rod's end that is met end to end, or none.
+// An end against the other segment: the points of the centrelines, the vector from the first to the second, and the bit
+// of the other rod's end if both meet end to end.
 struct End { from_a: vec3r, to_b: vec3r, gap: vec3r, met: u32 }
 
 fn are_rods(a: Placed, b: Placed) -> bool {
@@ -19,8 +19,8 @@ fn end_of(delta: vec3r, a: Placed, b: Placed, k: u32) -> End {
         let to_b = axis_b * select(half_b, -half_b, k == 3u);
         let place = clamp(dot(delta + to_b, axis_a), -half_a, half_a);
         var gap = delta + to_b - axis_a * place;
-        // At a place that is not an end the gap is at right angles to the axis; what rounding leaves along it is
-        // dropped.
+        // At a point that is not an end the gap is perpendicular to the axis; its component along the axis is rounding
+        // and is dropped.
         if abs(place) < half_a { gap -= axis_a * dot(axis_a, gap); }
         return End(axis_a * place, to_b, gap, 0u);
     }
@@ -38,7 +38,7 @@ fn end_of(delta: vec3r, a: Placed, b: Placed, k: u32) -> End {
     return End(from_a, to_b, gap, met);
 }
 
-// Whether the common perpendicular of two segments ends inside of both.
+// Whether the common perpendicular of two segments ends inside both.
 fn crosses_inside(delta: vec3r, a: Placed, b: Placed) -> bool {
     let axis_a = body_z(a.orientation);
     let axis_b = body_z(b.orientation);
@@ -56,7 +56,7 @@ fn rods_within(delta: vec3r, a: Placed, b: Placed, nearest: real, limit: real, m
     let most = limit + BRANCH_ROUNDING * (radii + half_segment(a) + half_segment(b));
     var there = crosses_inside(delta, a, b);
     var found = select(0u, WHOLE, there);
-    // The ends of b that an end of a has counted with its own.
+    // The ends of b that were counted with an end of a.
     var met = 0u;
     for (var k = 1u; k < BRANCHES; k += 1u) {
         let bit = 1u << k;
@@ -78,7 +78,7 @@ fn separation_of_rods(delta: vec3r, a: Placed, b: Placed, k: u32) -> Separation 
     return thickened(Nearest(end.from_a, end.to_b, end.gap / distance, distance), tube_radius(a), tube_radius(b));
 }
 
-// In the plane by how far the rods turn and slide; in space only what rounding hides.
+// In the plane the slack by which the rods turn and slide; in space only the rounding.
 fn slack_of_rods(a: Placed, b: Placed, normal: vec3r, turned: vec3r, slid: real) -> real {
     let radii = tube_radius(a) + tube_radius(b);
     if !PLANAR { return SLACK_IN_SPACE * radii; }

@@ -1,29 +1,30 @@
 // The minima of the distance of two circles in space.
 //
-// The point of circle a nearest to a given point is in closed form, which leaves the angle along circle b. In a's axes,
-// with z the height of b's point and rho its distance from a's axis, the squared distance is z^2 + (rho - R_a)^2. Its
-// minima are bracketed by samples and refined by safeguarded Newton. An interval is halved while it may hold two
-// minima, going by the derivatives at its ends, or while it is wide for how near it comes to the axis of a, where the
-// function is not smooth; one in which nothing that is wanted can be, at the length of its arc, is skipped. The
-// intervals are walked in order without a stack: an interval is a number at a level of halving, and the next is one
-// more, halved as often as it is even.
+// The point of circle a nearest to a given point has a closed form; the unknown is the angle along circle b. In a's
+// axes, with z the height of b's point and rho its distance from a's axis, the squared distance is z^2 + (rho - R_a)^2.
+// Samples bracket its minima, and a safeguarded Newton method refines them. An interval is halved while it may contain
+// two minima, by the derivatives at its ends, or while it is wide compared with its distance from the axis of a, where
+// the function is not smooth. It is skipped if, by the length of its arc, it cannot contain a wanted minimum. The
+// intervals are visited in order without a stack: an interval is an index at a level of halving, and the next index is
+// one more, halved as often as it is even.
 //
-// Degenerate cases: coaxial circles and others at one distance all round, which have no minimum; a point on the axis
+// Degenerate cases: coaxial circles and others with a constant distance, which have no minimum; a point on the axis
 // (the first direction in the plane).
 
-// Intervals at the start, eight a quarter turn.
+// Initial intervals, eight per quarter turn.
 const RING_INTERVALS: u32 = 32u;
 const RING_INTERVAL: real = 0.19634954084936207740;
-// Ratio of the second derivatives at the ends of an interval under which the first is taken as monotone between.
+// Ratio of the second derivatives at the ends of an interval below which the first derivative counts as monotone
+// between them.
 const RING_MONOTONE: real = 2.0;
-// Steps at most of the refinement; each at least halves the bracket.
+// The largest number of steps of the refinement; each at least halves the bracket.
 const RING_STEPS: u32 = 60u;
-// Minima at most that are told apart.
+// The largest number of distinct minima.
 const RING_MINIMA: u32 = 4u;
-// Intervals walked at most. Past them none is halved any more.
+// The largest number of visited intervals. Beyond it none is halved.
 const RING_WALK: u32 = 3000u;
 
-// Circle b in the axes of circle a: its centre, and two radii at right angles.
+// Circle b in the axes of circle a: its centre, and two perpendicular radii.
 struct RingPair {
     centre: vec3r,
     first: vec3r,
@@ -32,19 +33,19 @@ struct RingPair {
     radius_b: real,
 }
 
-// A place on circle b: quarter turns, and an angle from -pi/4 to pi/4 beyond them.
+// A position on circle b: quarter turns, and an angle from -pi/4 to pi/4 beyond them.
 struct RingPlace {
     quarter: u32,
     angle: real,
 }
 
-// Places on circle b in the order of their angles.
+// Whether positions on circle b are in the order of their angles.
 struct RingPlaces {
     count: u32,
     places: array<RingPlace, RING_MINIMA>,
 }
 
-// The squared distance at a place, its first and second derivative, and how much of the first may be rounding.
+// The squared distance at a position, its first and second derivative, and the rounding error of the first.
 struct RingSample {
     angle: real,
     square: real,
@@ -55,7 +56,7 @@ struct RingSample {
     rho1: real,
 }
 
-// Cosine and sine of a place, by their series: the first term left out is under 1e-16.
+// Cosine and sine of a position, by their series: the first omitted term is below 1e-16.
 fn ring_direction(quarter: u32, x: real) -> vec2r {
     let y = x * x;
     let sine = x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0 * (1.0 - y / 110.0 * (1.0 - y / 156.0 * (1.0 - y / 210.0)))))));
@@ -64,7 +65,7 @@ fn ring_direction(quarter: u32, x: real) -> vec2r {
     return select(turned, -turned, (quarter & 2u) == 2u);
 }
 
-// Where an interval of a level of halving begins; `quarter` is that of the interval before which the place is wanted.
+// The start of an interval at a level of halving; `quarter` is the quarter of the interval that the position precedes.
 fn interval_quarter(index: u32, level: u32) -> u32 {
     return ((index >> level) + 4u) / 8u;
 }
@@ -97,9 +98,9 @@ fn sample_ring(pair: RingPair, quarter: u32, angle: real) -> RingSample {
     );
 }
 
-// Whether an interval has no room for more than one root of the slope, going by its ends: the slope turns the same way
-// at both and about as fast, or is too steep to come back, or is rounding. Never where the interval is as wide as the
-// circle is near the axis.
+// Whether an interval has at most one root of the slope, judged from its ends: the slope changes in the same direction
+// at both and about as fast, or is too steep to return, or is rounding. Never if the interval is as wide as the
+// distance of the circle from the axis.
 fn is_resolved(low: RingSample, high: RingSample, radius: real) -> bool {
     let turn = high.angle - low.angle;
     let least = min(abs(low.bend), abs(high.bend));
@@ -112,8 +113,8 @@ fn is_resolved(low: RingSample, high: RingSample, radius: real) -> bool {
     return flat || smooth_here && (monotone || steep);
 }
 
-// The minima that are at most `most` apart, of these the first; or, if only the `nearest` is wanted, that one, the
-// first of equal ones, and the nearest sample where there is no minimum.
+// The first minima with a distance of at most `most`; or, if only the `nearest` is wanted, that one, the first among
+// equals, or the nearest sample without a minimum.
 fn ring_minima(pair: RingPair, size: real, most: real, nearest: bool) -> RingPlaces {
     let tie = TIE * size;
     var minima: RingPlaces;
@@ -136,7 +137,7 @@ fn ring_minima(pair: RingPair, size: real, most: real, nearest: bool) -> RingPla
         minima.count = select(0u, 1u, nearest);
         return minima;
     }
-    // The nearest sample bounds what is worth looking for.
+    // The nearest sample bounds the search.
     var reach = select(most, sqrt(least), nearest);
     var found = HUGE;
     var index = 0u;
@@ -202,7 +203,7 @@ fn ring_pair(delta: vec3r, ring_a: Ring, ring_b: Ring) -> RingPair {
     return RingPair(delta * ring_a.axes, first * ring_a.axes, second * ring_a.axes, ring_a.radius, ring_b.radius);
 }
 
-// The nearest points for a place on circle b.
+// The nearest points for a position on circle b.
 fn nearest_at(delta: vec3r, ring_a: Ring, ring_b: Ring, place: RingPlace, size: real) -> Nearest {
     let turn = ring_direction(place.quarter & 3u, place.angle);
     let to_b = (ring_b.axes[0] * ring_b.radius) * turn.x + (ring_b.axes[1] * ring_b.radius) * turn.y;

@@ -1,5 +1,5 @@
-// A circle and a point or segment: the nearest points of both, at the less of the minima that
-// `circle_segment_minima.wgsl` finds.
+// A circle and a point or segment: the nearest points of both, at the smaller of the minima of
+// `circle_segment_minima.wgsl`.
 //
 // Degenerate cases: two equal minima (the first along the segment).
 

@@ -1,15 +1,15 @@
 // The minima of the distance of a circle and a segment.
 //
-// The point of the circle nearest to a given point is in closed form, which leaves the place t along the segment. With
-// z the height over the circle's plane and rho the distance from its axis, the squared distance z^2 + (rho - R)^2 is
-// convex in t outside the interval about the place t_a nearest to the axis where rho^3 < R k^2 m^2 (m = rho at t_a, k
-// the sine between segment and axis), and concave inside, where no minimum can be: there are two minima at most, each
-// alone in a convex piece.
+// The point of the circle nearest to a given point has a closed form; the unknown is the position t along the segment.
+// With z the height over the circle's plane and rho the distance from its axis, the squared distance z^2 + (rho - R)^2
+// is convex in t outside the interval about the place t_a nearest to the axis where rho^3 < R k^2 m^2 (m = rho at t_a,
+// k the sine between segment and axis), and concave inside, where there is no minimum: there are at most two minima,
+// each alone in a convex piece.
 //
 // Degenerate cases: a point on the axis (the first direction in the plane); a segment that meets the circle
 // (`normal_between`).
 
-// Steps at most of the refinement; each at least halves the bracket.
+// The largest number of steps of the refinement; each at least halves the bracket.
 const CIRCLE_SEGMENT_STEPS: u32 = 60u;
 
 // Half the first and second derivative of the squared distance, and the square.
@@ -19,8 +19,8 @@ struct PlaceSample {
     bend: real,
 }
 
-// The segment's line in the circle's axes: height at place zero and its slope, the place nearest to the axis, how near
-// it comes there, and the sine to the axis.
+// The segment's line in the circle's axes: height at position zero and its slope, the position nearest to the axis, the
+// distance there, and the sine to the axis.
 struct PlaceLine {
     height: real,
     rise: real,
@@ -30,8 +30,8 @@ struct PlaceLine {
     radius: real,
 }
 
-// Written with the place from `turn`, so that rho falls before it and rises after it whatever the rounding; `side` says
-// which where the place is on the axis but for rounding.
+// Written with the position relative to `turn`, so that rho falls before it and rises after it despite rounding; `side`
+// selects the side if the position is on the axis up to rounding.
 fn sample_place(line: PlaceLine, at: real, side: real) -> PlaceSample {
     let z = line.height + line.rise * at;
     let across = line.sine * (at - line.turn);
@@ -72,7 +72,7 @@ fn cube_root(x: real) -> real {
     return root;
 }
 
-// The line, the places between which minima can be, and how far from `turn` the squared distance is concave.
+// The line, the range of possible minima, and the distance from `turn` within which the squared distance is concave.
 struct PlaceSides {
     line: PlaceLine,
     low: real,
@@ -80,9 +80,9 @@ struct PlaceSides {
     reach: real,
 }
 
-// Of a segment with a length; both in the circle's axes.
+// For a segment of positive length; both in the circle's axes.
 fn place_sides(centre: vec3r, along: vec3r, half: real, radius: real, size: real) -> PlaceSides {
-    // A segment along the axis keeps one distance from it; any place will do for the one nearest to the axis.
+    // A segment along the axis has a constant distance from it; any position serves as the nearest.
     let foot = -dot(centre, along);
     var line = PlaceLine(centre.z, along.z, foot, length(centre.xy), real(0.0), radius);
     var reach = real(0.0);
@@ -99,7 +99,8 @@ fn place_sides(centre: vec3r, along: vec3r, half: real, radius: real, size: real
     return PlaceSides(line, clamp(foot - radius, -half, half), clamp(foot + radius, -half, half), reach);
 }
 
-// A place of the least distance in a piece, that distance, and the piece's borders towards `turn` and away from it.
+// The position of the smallest distance in a piece, this distance, and the piece's borders towards `turn` and away from
+// it.
 struct PlaceMinimum {
     at: real,
     distance: real,
@@ -107,12 +108,12 @@ struct PlaceMinimum {
     outer: real,
 }
 
-// In the piece before (-1) or after (1) the place nearest to the axis.
+// In the piece before (-1) or after (1) the position nearest to the axis.
 fn place_minimum(sides: PlaceSides, after: real) -> PlaceMinimum {
     let split = clamp(sides.line.turn + after * sides.reach, sides.low, sides.high);
     var left = select(sides.low, split, after > 0.0);
     var right = select(split, sides.high, after > 0.0);
-    // The ends first, then the least in between.
+    // The ends first, then the minimum in between.
     var at = left;
     var here = sample_place(sides.line, at, after);
     for (var i = 0u; i < CIRCLE_SEGMENT_STEPS; i += 1u) {
@@ -135,7 +136,7 @@ fn place_minimum(sides: PlaceSides, after: real) -> PlaceMinimum {
     return PlaceMinimum(at, sqrt(here.square), split, select(sides.low, sides.high, after > 0.0));
 }
 
-// The nearest point of the ring to a place of the segment.
+// The point of the ring nearest to a position on the segment.
 fn nearest_at_place(delta: vec3r, ring: Ring, axis: vec3r, half: real, at: real, size: real) -> Nearest {
     let to_b = axis * at;
     let toward = ring_toward(ring, delta + to_b);

@@ -1,9 +1,9 @@
-// Two circles: the nearest points of two circles in space, at the least of the minima that `circle_minima.wgsl` finds.
+// Two circles: the nearest points of two circles in space, at the smallest of the minima of `circle_minima.wgsl`.
 //
-// Degenerate cases: circles at one distance all round (angle zero); circles that meet (`normal_between`); equal minima
+// Degenerate cases: circles with a constant distance (angle zero); circles that meet (`normal_between`); equal minima
 // (the first).
 
-// The larger ring comes first, so that what happens on it is not passed between two samples.
+// The larger ring comes first, so that two samples do not skip a feature of it.
 fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
     return select(out_of_order(delta, a, b), a.sizes.x < b.sizes.x, a.sizes.x != b.sizes.x);
 }

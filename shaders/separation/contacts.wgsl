@@ -1,4 +1,4 @@
-// The separations of pairs of bodies as they are: those of a list of contacts. Three vectors a pair: (normal,
+// The separations of pairs of bodies in the present state, for a list of contacts. Three vectors per pair: (normal,
 // separation), the lever of a, the lever of b.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }

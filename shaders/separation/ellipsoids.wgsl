@@ -1,22 +1,22 @@
 // Two ellipsoids: the largest n . delta - h_a(n) - h_b(n) over unit normals (see peak.wgsl).
 //
 // From a warm normal Newton converges at once. Without one, the start is the normal of a sequence of quadratic models.
-// Where the maximum found is so deep that it may not be the only one, the axes of both bodies and the common
-// perpendiculars of each two of them are tried as starts as well.
+// If the maximum is so deep that it may not be unique, Newton also starts from the axes of both bodies and from the
+// common perpendiculars of each two of them.
 //
-// Degenerate cases: concentric bodies (no direction to start from: those axes still are); equal maxima (the first in
-// the order of starts).
+// Degenerate cases: concentric bodies (no direction between centres; those axes are the starts); equal maxima (the
+// first in the order of starts).
 
 // Quadratic models solved before Newton starts.
 const COLD_MODELS: u32 = 3u;
-// Starts where bodies are deep: six axes, nine common perpendiculars, the cold start, each both ways.
+// Starts in deep overlap: six axes, nine common perpendiculars, the cold start, each both ways.
 const DEEP_STARTS: u32 = 32u;
 
 fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
     return out_of_order(delta, a, b);
 }
 
-// A normal near that of the maximum, from the direction between the centres: n ~ (sum of M M^T / h + f)^-1 delta, the
+// A normal near the maximum, from the direction between the centres: n ~ (sum of M M^T / h + f)^-1 delta, the
 // maximum of the function that bounds f from below with squares in place of the h, touching at the last normal.
 fn cold_start(delta: vec3r, a: Support, b: Support) -> vec3r {
     let ma = mat3r(a.axes[0] * a.radii.x, a.axes[1] * a.radii.y, a.axes[2] * a.radii.z);
@@ -30,7 +30,7 @@ fn cold_start(delta: vec3r, a: Support, b: Support) -> vec3r {
         let u = m[0] + vec3r(value, 0.0, 0.0);
         let v = m[1] + vec3r(0.0, value, 0.0);
         let w = m[2] + vec3r(0.0, 0.0, value);
-        // Of size one, so that the products of three stay in range.
+        // Normalized, so that products of three stay in range.
         let scale = 1.0 / (height_a + height_b + value);
         let adjugate = vec3r(dot(cross(v, w), delta), dot(cross(w, u), delta), dot(cross(u, v), delta)) * (scale * scale);
         normal = unit_or(adjugate, normal);
@@ -79,8 +79,8 @@ fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separa
             best = peak;
         }
     }
-    // What was found first only where it is larger than all, so that of equal maxima the result does not depend on a
-    // warm normal.
+    // The first result only if it is larger than all, so that among equal maxima the result does not depend on a warm
+    // normal.
     if found.value <= deep && found.value <= best.value + tie {
         found = best;
     }

@@ -1,13 +1,13 @@
-// The separations of candidate pairs that are within a limit: where first rows are made `near_limit`, at the trial
-// zero. Far pairs are left out as cheaply as they can be.
+// The separations of candidate pairs within a limit: `near_limit` for first rows, zero at the trial. Far pairs are
+// skipped as cheaply as possible.
 //
 // A pair's contact is three vectors: (normal, separation), (lever of a, what is `kept`), (lever of b, flag). The flag
 // is FAR, NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the
-// last one found. Where the pair had no row in the last accepted step, that depends on when it came into the list: it
-// says in which direction to look first, and no search starts from it. It has the separation `ONLY_DIRECTION`.
+// last computed one. If the pair had no row in the last accepted step, it depends on when the pair was listed: it is
+// only the first direction to test, and no search starts from it. It has the separation `ONLY_DIRECTION`.
 //
-// A far pair at the trial has in the place of the lever of b how far apart it is; where that is more than the part GAP
-// of its thinner body's thickness, a number between the two will do.
+// A far pair at the trial has its separation instead of the lever of b; if this exceeds the part GAP of its thinner
+// body's thickness, any number between the two suffices.
 
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
@@ -28,7 +28,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let p = invocation(group, groups, local);
-    // Where the list is not complete, there will be another look with another list: it starts from what this one does.
+    // If the list is not complete, this pass is repeated with another list, from the same start.
     if p >= parameters.pairs || atomicLoad(&report.outside) > 0u { return; }
     let a = pairs[p].x;
     let b = pairs[p].y;
@@ -48,7 +48,7 @@ fn main(
     let before = contacts[3u * p];
     let distance2 = dot(delta, delta);
     let reach = radius_a + radius_b + look;
-    // Rounding may make the reach a little short.
+    // Rounding may make the reach slightly too short.
     if distance2 > reach * reach * (1.0 + 16.0 * EPSILON) {
         tell_far(p, sqrt(distance2) - (radius_a + radius_b));
         return;
@@ -58,7 +58,7 @@ fn main(
     let has_direction = dot(before.xyz, before.xyz) > 0.0;
     if before.w == ONLY_DIRECTION { warm = vec3r(0.0); }
     if !has_direction {
-        // Concentric bodies have no direction to look along first.
+        // Concentric bodies have no first direction to test.
         direction = vec3r(0.0, 0.0, 1.0);
         if distance2 > 0.0 {
             direction = delta / sqrt(distance2);

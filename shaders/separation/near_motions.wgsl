@@ -1,12 +1,12 @@
-// How far apart two bodies may be where first rows are made to be near: the cutoff, what is left of their free motion
-// against each other, and what both surfaces may move by as they turn.
+// The largest distance of near bodies where first rows are made: the cutoff, the rest of their relative free motion,
+// and the motion of both surfaces by rotation.
 
 struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(6) var<storage, read> motions: array<vec4r>;
 
-// What is left of a body's free velocity: of its centre, or of its turn.
+// The rest of a body's free velocity: of its centre, or of its rotation.
 fn left_of(body: u32, part: u32) -> vec3r {
     return motions[MOTION * body + part].xyz - motions[MOTION * body + 2u + part].xyz;
 }
@@ -16,8 +16,8 @@ fn near_limit(a: u32, b: u32, radius_a: real, radius_b: real) -> real {
     return CUTOFF + parameters.dt * (apart + length(left_of(a, 1u)) * radius_a + length(left_of(b, 1u)) * radius_b);
 }
 
-// What a near pair keeps beside the lever of its first body: the limit, until it is known which of its branches get a
-// row.
+// The value that a near pair keeps beside the lever of its first body: the limit, until its branches with rows are
+// known.
 fn kept(p: u32, limit: real) -> real {
     return limit;
 }

@@ -1,4 +1,4 @@
-// Fixed directions for normals that geometry leaves open, and the separation of two curves from their nearest points.
+// Fixed directions for undetermined normals, and the separation of two curves from their nearest points.
 
 struct Nearest {
     from_a: vec3r,
@@ -12,7 +12,7 @@ fn thickened(n: Nearest, radius_a: real, radius_b: real) -> Separation {
     return Separation(n.distance - (radius_a + radius_b), n.normal, n.from_a + n.normal * radius_a, n.to_b - n.normal * radius_b);
 }
 
-// `v` at unit length, or `other` where `v` is too short to have a direction.
+// `v` normalized, or `other` if `v` is too short to have a direction.
 fn unit_or(v: vec3r, other: vec3r) -> vec3r {
     let size = length(v);
     if size * size > 16.0 * TINY {
@@ -21,8 +21,8 @@ fn unit_or(v: vec3r, other: vec3r) -> vec3r {
     return other;
 }
 
-// A unit vector at right angles to `v`: `v` crossed with the axis of space that it leans on least, the first of equals.
-// The x axis where `v` is zero.
+// A unit vector at right angles to `v`: the cross product of `v` and the axis of space along which it has the smallest
+// component, the first among equals. The x axis if `v` is zero.
 fn perpendicular(v: vec3r) -> vec3r {
     let size = abs(v);
     var least = vec3r(0.0, 0.0, 1.0);
@@ -34,8 +34,8 @@ fn perpendicular(v: vec3r) -> vec3r {
     return unit_or(cross(v, least), vec3r(1.0, 0.0, 0.0));
 }
 
-// The part of `v` at right angles to the unit vector `axis`, taken off twice where it is small; zero where `v` is along
-// it but for rounding.
+// The part of `v` at right angles to the unit vector `axis`, projected twice if it is small; zero if `v` is along it up
+// to rounding.
 fn part_across(v: vec3r, axis: vec3r) -> vec3r {
     let all = length(v);
     let once = v - axis * dot(axis, v);
@@ -46,8 +46,8 @@ fn part_across(v: vec3r, axis: vec3r) -> vec3r {
     return select(vec3r(0.0, 0.0, 0.0), twice, length(twice) > ROUNDING_SINE * all);
 }
 
-// The unit vector along u x v of unit vectors, at right angles to both, however nearly parallel they are; zero where
-// they are so but for rounding.
+// The unit vector along u x v of unit vectors, at right angles to both, even if they are nearly parallel; zero if they
+// are parallel up to rounding.
 fn normal_to(u: vec3r, v: vec3r) -> vec3r {
     let across = cross(u, v);
     let sine = length(across);
@@ -57,7 +57,7 @@ fn normal_to(u: vec3r, v: vec3r) -> vec3r {
     return cross(u, unit_or(part_across(v, u), vec3r(0.0, 0.0, 0.0)));
 }
 
-// A unit vector at right angles to both; where they are parallel, one at right angles to the longer.
+// A unit vector at right angles to both; if they are parallel, one at right angles to the longer.
 fn common_perpendicular(u: vec3r, v: vec3r) -> vec3r {
     if dot(u, u) > 0.0 && dot(v, v) > 0.0 {
         let unit = normal_to(u, v);
@@ -71,35 +71,35 @@ fn common_perpendicular(u: vec3r, v: vec3r) -> vec3r {
     return perpendicular(v);
 }
 
-// One of two curves at its nearest point: its unit direction there, zero of a point; whether it goes on there, and if
-// not, on which side of it along that direction it ends, zero of a point.
+// One of two curves at its nearest point: its unit direction there, zero for a point; whether it continues there, and
+// if not, the side along that direction on which it ends, zero for a point.
 struct Course {
     along: vec3r,
     goes_on: bool,
     end: real,
 }
 
-// A segment at a place of it. A place within rounding of an end is the end.
+// A segment at a position on it. A position within rounding of an end is the end.
 fn course_of(axis: vec3r, half: real, at: real) -> Course {
     return Course(axis, abs(at) < half * (1.0 - END_ROUNDING), at);
 }
 
-// Whether a normal along `way` must be at right angles to the curve: where it goes on, and at an end that it would lean
-// back from.
+// Whether a normal along `way` must be at right angles to the curve: where the curve continues, and at an end from
+// which the normal would lean back.
 fn holds(course: Course, way: vec3r) -> bool {
     return course.goes_on || dot(way, course.along) * course.end < 0.0;
 }
 
-// The unit vector along the common perpendicular of two curves, where the gap is along it; else zero.
+// The unit vector along the common perpendicular of two curves, if the gap is along it; else zero.
 fn crossing_normal(a: Course, b: Course, gap: vec3r, distance: real, size: real) -> vec3r {
     let unit = normal_to(a.along, b.along);
     let aside = length(gap - unit * dot(gap, unit));
     return select(vec3r(0.0, 0.0, 0.0), unit, aside <= 32.0 * EPSILON * size + 1e-4 * distance);
 }
 
-// What the curves leave of the gap between nearly met ones, as src/separation/meeting.rs has it.
+// The gap between curves that nearly meet, with the conditions of the curves enforced, as in src/separation/meeting.rs.
 fn gap_left(a: Course, b: Course, gap: vec3r, distance: real, size: real, sine: real) -> vec3r {
-    // The normal arrives at b, which is to b as if it left it the other way. What goes on comes first.
+    // The normal points towards b, so for b its sign is opposite. Curves that continue come first.
     var first = a;
     var second = Course(b.along, b.goes_on, -b.end);
     if !a.goes_on {
@@ -113,11 +113,11 @@ fn gap_left(a: Course, b: Course, gap: vec3r, distance: real, size: real, sine: 
         return gap;
     }
     let left = part_across(gap, first.along);
-    // Of nearly parallel curves, what is at right angles to one is so to the other.
+    // A normal at right angles to one of two nearly parallel curves is also at right angles to the other.
     if !holds(second, left) || distance >= size * sine {
         return left;
     }
-    // The gap knows worse than the curves do what is at right angles to both.
+    // The curves determine the common perpendicular better than the gap does.
     let unit = crossing_normal(a, b, gap, distance, size);
     if dot(unit, unit) > 0.0 {
         return unit * dot(gap, unit);
@@ -128,8 +128,8 @@ fn gap_left(a: Course, b: Course, gap: vec3r, distance: real, size: real, sine: 
     return left;
 }
 
-// The unit vector from one curve to the other, given the gap between their nearest points. Where nearly met curves
-// cross it is their common perpendicular, turned with `toward`; where the gap is rounding, a fixed one.
+// The unit vector from one curve to the other, given the gap between their nearest points. For curves that nearly meet
+// and cross it is their common perpendicular, with the sign of `toward`; if the gap is rounding, a fixed one.
 fn normal_between(a: Course, b: Course, gap: vec3r, distance: real, size: real, toward: vec3r) -> vec3r {
     if distance > MEETING * size {
         return gap / distance;

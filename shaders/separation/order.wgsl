@@ -1,7 +1,7 @@
-// The fixed order of a pair of one family: by their places, and where those are the same by bounding radius,
-// orientation and thickness.
+// The fixed order of a pair of one family: by position, and for equal positions by bounding radius, orientation and
+// thickness.
 
-// The sign of the first component that is not zero.
+// The sign of the first nonzero component.
 fn first_sign(v: vec4r) -> real {
     if v.x != 0.0 { return sign(v.x); }
     if v.y != 0.0 { return sign(v.y); }
@@ -9,7 +9,7 @@ fn first_sign(v: vec4r) -> real {
     return sign(v.w);
 }
 
-// Whether b comes before a.
+// Whether b precedes a.
 fn out_of_order(delta: vec3r, a: Placed, b: Placed) -> bool {
     let place = first_sign(vec4r(delta, 0.0));
     if place != 0.0 { return place < 0.0; }

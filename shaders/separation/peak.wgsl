@@ -1,23 +1,23 @@
 // The largest of f(n) = n . delta - h_a(n) - h_b(n) over unit normals: Newton on the sphere, safeguarded.
 //
 // Across n the gradient is delta - y_a - y_b and the Hessian -(H_a + H_b) - f. It is negative definite wherever f is
-// over minus the sum of the bodies' least radii of curvature, so that one maximum at most is above that. A step that
-// does not raise f is shortened.
+// above minus the sum of the bodies' least radii of curvature, so at most one maximum is above that. A step that does
+// not raise f is shortened.
 //
-// The tangent basis is turned to the Hessian's own axes and the Hessian computed again there: its smaller eigenvalue,
-// which for slender bodies is 1e-9 of the larger, then keeps its digits. Points are those of the maximum itself: a last
-// Newton step, shorter than the rounding of a normal, still moves the points of flat bodies. It does so to first order,
-// and only where it is shorter than LAST_CLIMB beside the angle over which the curvature changes.
+// The tangent basis is rotated to the Hessian's principal axes, and the Hessian is computed again there: its smaller
+// eigenvalue, which for slender bodies is 1e-9 of the larger, then keeps its digits. Points are those of the maximum
+// itself: a last Newton step, shorter than the rounding of a normal, still moves the points of flat bodies. It does so
+// to first order, and only if it is shorter than LAST_CLIMB relative to the angle over which the curvature changes.
 
-// Normals tried at most. Over thousands of random poses in deep overlap none took more than 128 steps at aspect ratios
-// up to 1000.
+// The largest number of tested normals. Over thousands of random poses in deep overlap none took more than 128 steps at
+// aspect ratios up to 1000.
 const PEAK_ROUNDS: u32 = 400u;
 // Longest step across the normal: 45 degrees once projected back.
 const LONGEST_STEP: real = 1.0;
-// Least over largest eigenvalue under which a Hessian counts as singular: below the 1e-9 or more of the most slender
-// bodies supported.
+// Ratio of the smallest to the largest eigenvalue below which a Hessian counts as singular: below the 1e-9 or more of
+// the most slender bodies supported.
 const DEFINITE: real = 1e-13;
-// What a step that failed is shortened by.
+// The factor by which a failed step is shortened.
 const SHORTEN: real = 0.25;
 
 // A normal, f there, and the bodies' points with that outward normal.
@@ -45,7 +45,7 @@ fn peak_at(delta: vec3r, a: Support, b: Support, normal: vec3r) -> Peak {
     );
 }
 
-// Climbs from `start` (a unit vector) to a local maximum.
+// Ascends from `start` (a unit vector) to a local maximum.
 fn climb(delta: vec3r, a: Support, b: Support, start: vec3r) -> Peak {
     let size = length(delta) + largest(a.radii) + largest(b.radii);
     let aspect = max(aspect_of(a.radii), aspect_of(b.radii));
@@ -63,7 +63,7 @@ fn climb(delta: vec3r, a: Support, b: Support, start: vec3r) -> Peak {
         let gap = delta - next.point_a - next.point_b;
         let slope_there = length(gap - normal * dot(gap, normal));
         if round > 0u {
-            // Raised f; or, where f no longer shows a change, lowered the gradient.
+            // It raised f or, if the change of f is rounding, lowered the gradient.
             if gain * fraction > VALUE_FLOOR * size {
                 if !(next.value > peak.value) {
                     fraction *= SHORTEN;
@@ -93,7 +93,7 @@ fn climb(delta: vec3r, a: Support, b: Support, start: vec3r) -> Peak {
         let mean = 0.5 * (h.x + h.z);
         let spread = length(vec2r(0.5 * (h.x - h.z), h.y));
         let most = mean + spread;
-        // Of the product of both eigenvalues; their difference from the mean would cancel.
+        // From the product of both eigenvalues; their difference from the mean would cancel.
         let least = select(mean - spread, (h.x * h.z - h.y * h.y) / most, most > 0.0);
         let definite = least > DEFINITE * spread;
         if !definite {
@@ -104,12 +104,12 @@ fn climb(delta: vec3r, a: Support, b: Support, start: vec3r) -> Peak {
         step = vec2r(h.z * g.x - h.y * g.y, h.x * g.y - h.y * g.x) / determinant;
         let long = length(step);
         if last || slope <= GRADIENT_FLOOR * size {
-            // What is left of curvatures less an overlap of their size is rounding, and so is a step over it.
+            // Curvatures minus an overlap of their size are rounding, and so is a step divided by them.
             let known = least > 8.0 * EPSILON * max(-next.value, 0.0);
             if definite && known && long * aspect <= LAST_CLIMB {
                 peak.point_a += e1 * (hessian_a.x * step.x + hessian_a.y * step.y) + e2 * (hessian_a.y * step.x + hessian_a.z * step.y);
                 peak.point_b += e1 * (hessian_b.x * step.x + hessian_b.y * step.y) + e2 * (hessian_b.y * step.x + hessian_b.z * step.y);
-                // Points of deep bodies part by the overlap times the turn, unless the normal turns too.
+                // The points of deep bodies separate by the overlap times the rotation, unless the normal turns too.
                 peak.normal = normalize(normal + e1 * step.x + e2 * step.y);
             }
             break;

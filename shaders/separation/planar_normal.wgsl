@@ -1,5 +1,5 @@
-// What the searches for a normal in the plane share: a body's outline in the plane, its contact points, and the order
-// of equal maxima.
+// Shared by the searches for a normal in the plane: a body's outline in the plane, its contact points, and the order of
+// equal maxima.
 
 // A body's outline: support function |reach . n| + |g1 n.x + g2 n.y| + radius.
 struct Outline {
@@ -22,12 +22,12 @@ fn outline_height(o: Outline, n: vec2r) -> real {
     return abs(dot(o.reach, n)) + length(o.g1 * n.x + o.g2 * n.y) + o.radius;
 }
 
-// Whether a segment is at right angles to the normal, and touches all along.
+// Whether a segment is at right angles to the normal, and touches along its length.
 fn is_free(p: Placed, normal: vec3r) -> bool {
     return p.kind == SPHEROCYLINDER && abs(dot(body_z(p.orientation), normal)) < RIGHT_ANGLE;
 }
 
-// The point of the body with this outward normal; the middle of a segment that is free.
+// The point of the body with this outward normal; the middle of a segment at right angles.
 fn support_point(p: Placed, normal: vec3r) -> vec3r {
     if p.kind == ELLIPSOID {
         let axes = body_axes(p.orientation);
@@ -40,7 +40,7 @@ fn support_point(p: Placed, normal: vec3r) -> vec3r {
     return axis * end + normal * tube_radius(p);
 }
 
-// A segment that is free is touched at its point nearest to the other's.
+// The contact point of a segment at right angles is its point nearest to the other's.
 fn free_point(p: Placed, normal: vec3r, other: vec3r) -> vec3r {
     let axis = body_z(p.orientation);
     let half = half_segment(p);
@@ -57,7 +57,7 @@ fn separation_along(delta: vec3r, a: Placed, b: Placed, n: vec2r, value: real) -
     return Separation(value, normal, lever_a, lever_b);
 }
 
-// Whether `n` comes before `m` going round from the x axis.
+// Whether `n` precedes `m` in angle from the x axis.
 fn is_earlier(n: vec2r, m: vec2r) -> bool {
     let lower_n = n.y < 0.0 || n.y == 0.0 && n.x < 0.0;
     let lower_m = m.y < 0.0 || m.y == 0.0 && m.x < 0.0;
@@ -65,7 +65,7 @@ fn is_earlier(n: vec2r, m: vec2r) -> bool {
     return n.x * m.y - n.y * m.x > 0.0;
 }
 
-// Whether a value at `n` beats the best, at `m`: of equal ones the first going round.
+// Whether a value at `n` beats the best, at `m`: among equals the first in angle.
 fn is_better(value: real, n: vec2r, best: real, m: vec2r, tie: real) -> bool {
     return value > best + tie || value >= best - tie && is_earlier(n, m);
 }

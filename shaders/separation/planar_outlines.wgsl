@@ -1,12 +1,12 @@
-// An ellipse and another, or a rod, in the plane: the circle of normals is cut at equal angles and where a normal is at
-// right angles to the rod; in each piece where the slope turns from up to down the maximum is narrowed by halving. The
-// kinks at right angles are tried as they are.
+// An ellipse and another, or a rod, in the plane: the circle of normals is divided at equal angles and at normals
+// perpendicular to the rod. In each piece in which the slope changes from up to down, halving narrows the maximum. The
+// kinks at right angles are tested directly.
 
 // Pieces of the circle: two ellipses of aspect 20:1 have their maxima over 0.05 rad apart.
 const PLANE_PIECES: u32 = 128u;
 const PLANE_COSINE: real = 0.99879545620517239271;
 const PLANE_SINE: real = 0.049067674327418014255;
-// Halvings of a piece at most.
+// The largest number of halvings of a piece.
 const PLANE_HALVINGS: u32 = 60u;
 
 // The slope of the function as the normal turns, at `n` and with the rods' ends at `p`.
@@ -30,7 +30,7 @@ fn in_plane_normal(delta: vec3r, a: Placed, b: Placed) -> Separation {
     var normal = vec2r(1.0, 0.0);
     var kink = vec2r(-reach.y, reach.x) / max(long, TINY);
     var from_n = normal;
-    // Pieces first; then the first normal of all and the two kinks.
+    // Pieces first, then the first normal and the two kinks.
     for (var i = 0u; i < PLANE_PIECES + 3u; i += 1u) {
         var n = vec2r(1.0, 0.0);
         var parts = 1u;

@@ -1,4 +1,4 @@
-// Two rods in the plane: between the normals at right angles to a rod, the function is that of the distance of two
+// Two rods in the plane: between the normals at right angles to a rod, the function is that of the distance between two
 // ends, n . v, largest along v. The maximum is among the four such v and the four normals at right angles.
 fn in_plane_normal(delta: vec3r, a: Placed, b: Placed) -> Separation {
     let body_a = outline_of(a);
@@ -23,7 +23,7 @@ fn in_plane_normal(delta: vec3r, a: Placed, b: Placed) -> Separation {
             normal = n;
         }
     }
-    // Degenerate case: two that are no longer than thick, one in the other, have no such normal; the first does.
+    // Degenerate case: two concentric rods as long as thick have no such normal; the first normal is used.
     if best == -HUGE { best = dot(normal, delta.xy) - outline_height(body_a, normal) - outline_height(body_b, normal); }
     return separation_along(delta, a, b, normal, best);
 }

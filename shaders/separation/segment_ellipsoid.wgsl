@@ -3,17 +3,17 @@
 //
 // Either the normal is across the segment, and then it is that of a point and the ellipse that is the ellipsoid's
 // shadow along the segment; or the contact is at an end, and then it is that of a point and the ellipsoid. Both are one
-// root (point_ellipsoid.wgsl), and at most three are computed: the distance along the segment's line is convex, so
-// where its nearest point lies beyond an end, that end is nearest. All is in the ellipsoid's own axes, where a normal's
+// root (point_ellipsoid.wgsl), and at most three are computed: the distance along the segment's line is convex, so if
+// its nearest point is beyond an end, that end is nearest. Everything is in the ellipsoid's axes, where a normal's
 // small components keep their digits, and with them the points of flat bodies.
 //
-// Degenerate cases: a segment so deep that the distance along it is no longer smooth (all candidates are compared, the
-// first of equal ones is taken); a point or a line through the centre (see point_ellipsoid.wgsl).
+// Degenerate cases: a segment so deep that the distance along it is no longer smooth (all candidates are compared; the
+// first among equals counts); a point or a line through the centre (see point_ellipsoid.wgsl).
 
-// Starts of a climb at each end in deep overlap: both ways along each axis.
+// Starts at each end in deep overlap: both directions of each axis.
 const END_STARTS: u32 = 6u;
 
-// A normal with the ellipsoid's point, the place on the segment, and the distance along the normal between them.
+// A normal with the ellipsoid's point, the position on the segment, and the distance along the normal between them.
 struct Candidate {
     normal: vec3r,
     point: vec3r,
@@ -21,13 +21,14 @@ struct Candidate {
     value: real,
 }
 
-// The largest of all local maxima: across the line, at both ends, and what the ellipsoid's axes lead to at both ends.
+// The largest of all local maxima: across the line, at both ends, and at both ends from starts along the ellipsoid's
+// axes.
 fn deepest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, across: Candidate, near: Candidate, far: Candidate) -> Candidate {
     let identity = mat3r(vec3r(1.0, 0.0, 0.0), vec3r(0.0, 1.0, 0.0), vec3r(0.0, 0.0, 1.0));
     let tie = TIE * (length(delta) + largest(radii) + half);
     var best = across;
     best.at = clamp(across.at, -half, half);
-    // Beyond an end it is no maximum, and gives way to one that is as large but for rounding.
+    // Beyond an end it is not a maximum; one that is equal up to rounding replaces it.
     var lead = select(tie, -tie, best.at != across.at);
     for (var i = 0u; i < 2u * (END_STARTS + 1u); i += 1u) {
         let end = select(half, -half, i <= END_STARTS);
@@ -49,8 +50,8 @@ fn deepest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, across
     return best;
 }
 
-// The nearest of an ellipsoid about the origin and a segment about `delta`; `first` and `second` are at right angles to
-// its axis. All in the ellipsoid's axes.
+// The nearest points of an ellipsoid about the origin and a segment about `delta`; `first` and `second` are at right
+// angles to its axis. Everything is in the ellipsoid's axes.
 fn nearest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, first: vec3r, second: vec3r) -> Candidate {
     // The shadow's axes: one plane rotation of the two columns of diag(radii) (first, second), which keeps the digits
     // of the smaller one.
@@ -88,7 +89,7 @@ fn nearest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, first:
             across = here;
             end = select(half, -half, here.at < 0.0);
         } else {
-            // At an end, the whole segment must lie further along the normal.
+            // At an end, the whole segment must be farther along the normal.
             if is_smooth && end * dot(normal, axis) <= 0.0 { return here; }
             if round == 2u {
                 return deepest_candidate(delta, axis, half, radii, across, near, here);

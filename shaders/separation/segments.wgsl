@@ -1,10 +1,10 @@
-// Points and segments: the nearest points of two segments, of which a point is the case of no length.
+// The nearest points of two segments; a point is a segment of zero length.
 //
-// The foot of the common perpendicular comes from the cross product of the axes, not from 1 - cos^2, and is held to the
-// segment; the place on the other is best for it and held, then the first is best for that (D. Eberly, "Robust
-// computation of distance between line segments"; C. Ericson, "Real-time collision detection", 5.1.9).
+// The foot of the common perpendicular comes from the cross product of the axes, not from 1 - cos^2, and is clamped to
+// the segment; the position on the other is optimal for it and clamped, then the first is optimal for that (D. Eberly,
+// "Robust computation of distance between line segments"; C. Ericson, "Real-time collision detection", 5.1.9).
 //
-// Degenerate cases: a segment of no length; parallel axes (the middle of the interval in which they face each other);
+// Degenerate cases: a segment of zero length; parallel axes (the middle of the interval in which they face each other);
 // crossing segments and points that coincide (`normal_between`).
 
 fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
@@ -28,7 +28,8 @@ fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separa
     }
     var t = clamp(cosine * clamp(foot, -half_a, half_a) - along_b, -half_b, half_b);
     var s = clamp(cosine * t + along_a, -half_a, half_a);
-    // At a place that is not an end the gap is at right angles to the axis; what rounding leaves along it is dropped.
+    // At a point that is not an end the gap is perpendicular to the axis; its component along the axis is rounding and
+    // is dropped.
     var gap = delta + axis_b * t - axis_a * s;
     let inside_a = abs(s) < half_a;
     let inside_b = abs(t) < half_b;
@@ -37,8 +38,8 @@ fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separa
     let distance = length(gap);
     let size = half_a + half_b + length(delta);
     let normal = normal_between(course_of(axis_a, half_a, s), course_of(axis_b, half_b, t), gap, distance, size, delta);
-    // From the nearest point of nearly parallel axes, which jumps from end to end as the angle changes sign, the step
-    // to the middle is a smooth function of the angle.
+    // The nearest point of nearly parallel axes jumps from end to end as the angle changes sign; the transition to the
+    // middle is a smooth function of the angle.
     let low = max(-half_a, along_a - half_b);
     let high = min(half_a, along_a + half_b);
     if sine2 < 1e3 * PARALLEL_SINE * PARALLEL_SINE && half_a > 0.0 && half_b > 0.0 && low < high {

@@ -1,4 +1,4 @@
-// The support function of an ellipsoid in space and its derivatives, written so that nothing cancels.
+// The support function of an ellipsoid in space and its derivatives, without cancellation.
 //
 // With M = R diag(radii): h(n) = |M^T n|, the contact point is M M^T n / h, and the Hessian across n follows from the
 // cofactors of M: for tangents e1, e2 and K = diag(bc, ca, ab) R^T it is |K e2|^2 / h^3, -K e1 . K e2 / h^3, |K e1|^2 /
@@ -30,7 +30,7 @@ fn support_hessian(s: Support, height: real, e1: vec3r, e2: vec3r) -> vec3r {
     return vec3r(dot(k2, k2), -dot(k1, k2), dot(k1, k1)) / height;
 }
 
-// The least radius of curvature anywhere: a ball of this radius rolls freely inside.
+// The smallest radius of curvature: a ball of this radius rolls freely inside.
 fn least_curvature_radius(radii: vec3r) -> real {
     let least = smallest(radii);
     return least * least / largest(radii);

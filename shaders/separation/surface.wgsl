@@ -1,9 +1,9 @@
-// Fixed surfaces, and the gap of a point inside of one, as src/separation/surface.rs has them.
+// Fixed surfaces, and the gap of a point inside one, as in src/separation/surface.rs.
 //
 // A wall is far from most of its own points: in 32 bits, the distance of a point from the centre of a sphere of a
-// thousand thicknesses is off by a ten-thousandth of one. So the offset of a point from a surface's reference is a
-// whole number of UNITs along each axis, and a part about as long as a body. What the whole numbers make is computed in
-// integers modulo 2^32; only what they make with parts is rounded.
+// thousand thicknesses has an error of a ten-thousandth of one. So the offset of a point from a surface's reference is
+// a whole number of UNITs along each axis plus a part about as long as a body. Products of the whole numbers are
+// computed in integers modulo 2^32; only products with parts are rounded.
 
 // A unit vector, and the same as `coarse` / 2^COARSE_BITS + `fine`.
 struct Direction {
@@ -16,7 +16,7 @@ struct Surface {
     kind: u32,
     cell: vec3<i32>,
     remainder: vec3r,
-    // The radius in UNITs and what is left of it, in UNITs too.
+    // The radius in whole UNITs and its remainder, also in UNITs.
     radius_whole: i32,
     radius_part: real,
     // A plane's normal, or two directions across a cylinder's axis.
@@ -35,7 +35,7 @@ struct Coordinate {
     part: real,
 }
 
-// How far a point is from a surface, negative beyond it, and the unit vector there, away from the bodies' side.
+// The distance of a point from a surface, negative beyond it, and the unit vector there, away from the bodies' side.
 struct Gap {
     distance: real,
     normal: vec3r,
@@ -71,8 +71,8 @@ fn as_vector(offset: Offset) -> vec3r {
     return vec3r(offset.whole) * UNIT + offset.part;
 }
 
-// The coordinate along a direction. The sum in integers is exact modulo 2^32, that is 4096 UNITs; the estimate says
-// which.
+// The coordinate along a direction. The sum in integers is exact modulo 2^32, that is 4096 UNITs; the estimate selects
+// the right one.
 fn coordinate(direction: Direction, offset: Offset) -> Coordinate {
     let products = bitcast<vec3<u32>>(direction.coarse) * bitcast<vec3<u32>>(offset.whole);
     let sum = bitcast<i32>(products.x + products.y + products.z);
@@ -83,8 +83,8 @@ fn coordinate(direction: Direction, offset: Offset) -> Coordinate {
     return Coordinate(whole, UNIT * fraction + dot(direction.unit, offset.part));
 }
 
-// The room of a point at `whole`, `part` from the centre inside of the surface's radius R, as (R^2 - x^2) / (R + |x|),
-// and the direction outwards; the first one at the centre but for `rounding`, a length.
+// The gap of a point at `whole`, `part` from the centre inside the surface's radius R, as (R^2 - x^2) / (R + |x|), and
+// the outward direction; the first direction at the centre up to `rounding`, a length.
 fn out_of(surface: Surface, whole: vec3<i32>, part: vec3r, rounding: real) -> Gap {
     let units = vec3r(whole);
     let rest = part * INVERSE_UNIT;
@@ -93,7 +93,7 @@ fn out_of(surface: Surface, whole: vec3<i32>, part: vec3r, rounding: real) -> Ga
     let place = units + rest;
     let distance = length(place);
     var room = radius - distance;
-    // Elsewhere the room is so large that its rounding does not matter.
+    // Elsewhere the gap is so large that its rounding does not matter.
     if abs(room) * (radius + distance) < LARGEST_SQUARE {
         let squares = bitcast<vec3<u32>>(whole) * bitcast<vec3<u32>>(whole);
         let square = bitcast<u32>(surface.radius_whole) * bitcast<u32>(surface.radius_whole);

@@ -1,15 +1,15 @@
-// A ring touches a plane or a sphere in three places: where it reaches farthest, and a third of the way round to each
-// side; a cylinder in the first alone.
+// A ring touches a plane or a sphere in three places: the farthest point, and those a third of the circle to either
+// side; a cylinder only in the first.
 
 const THIRD_COSINE: real = -0.5;
 const THIRD_SINE: real = 0.86602540378443864676;
 
-// The direction in which a circle's point that reaches farthest into a cylinder lies: across the axis it is an ellipse,
-// as wide as it is, and as high as it leans towards the axis.
+// The direction of a circle's farthest point towards a cylinder: across the axis the circle projects to an ellipse, as
+// wide as the circle, and as high as its tilt towards the axis.
 fn across_cylinder(surface: Surface, offset: Offset, ring: Ring) -> vec3r {
     let axis = cross(surface.first.unit, surface.second.unit);
     let lean = abs(dot(ring.axes[2], axis));
-    // A ring coaxial with the cylinder but for rounding is a circle, as wide in the first direction as in any.
+    // A ring coaxial with the cylinder up to rounding projects to a circle, equally wide in all directions.
     let wide = unit_or(normal_to(axis, ring.axes[2]), surface.first.unit);
     let high = cross(axis, wide);
     let p = as_vector(offset) / -ring.radius;
@@ -25,8 +25,7 @@ fn arm_of_circle(surface: Surface, offset: Offset, body: Placed, place: u32) -> 
     } else if surface.kind == SURFACE_CYLINDER {
         toward = across_cylinder(surface, offset, ring);
     }
-    // In the plane of the ring, so that the point is on it, however badly the direction is known where the ring lies
-    // flat.
+    // In the plane of the ring, so that the point is on it even if a flat ring determines the direction badly.
     let seen = vec2r(dot(toward, ring.axes[0]), dot(toward, ring.axes[1]));
     let size = length(seen);
     var at = vec2r(1.0, 0.0);

@@ -1,6 +1,7 @@
 // The point of an ellipsoid that reaches farthest towards a surface.
 
-// Across a cylinder's axis it is an ellipse, whose axes are those turned directions whose images are at right angles.
+// Across a cylinder's axis it projects to an ellipse; its axes are the rotated directions whose images are
+// perpendicular.
 fn normal_in_cylinder(surface: Surface, offset: Offset, axes: mat3r, radii: vec3r) -> vec3r {
     let e1 = surface.first.unit;
     let e2 = surface.second.unit;

@@ -1,4 +1,4 @@
-// Shapes as numbers: (first size, second, third, tag), as src/shape/code.rs has them.
+// The encoding of shapes: (first size, second, third, tag), as in src/shape/code.rs.
 
 const PI: real = 3.14159265358979323846;
 
@@ -14,7 +14,7 @@ fn solid(shape: vec4r) -> Solid {
             return Solid(volume, vec3r(0.4 * volume * x * x));
         }
         case SPHEROCYLINDER: {
-            // A cylinder and a ball cut in two halves, each half moved out by half the cylinder's height.
+            // A cylinder and a ball in two halves, each moved outwards by half the cylinder's height.
             let r = 0.5 * x;
             let h = y - x;
             let cylinder = PI * r * r * h;
@@ -49,8 +49,7 @@ fn major_axis(shape: vec4r) -> real {
     }
 }
 
-// The axis that a shape is a body of revolution about, in body axes; zero of a sphere, which has all, and of one that
-// has none.
+// The axis of revolution of a shape, in body axes; zero for a sphere and for a shape without one.
 fn axis_of_revolution(shape: vec4r) -> vec3r {
     switch u32(shape.w) {
         case SPHEROCYLINDER, TORUS: { return vec3r(0.0, 0.0, 1.0); }
@@ -74,8 +73,7 @@ fn with_length(shape: vec4r, length: real) -> vec4r {
     return vec4r(shape.x, length, shape.zw);
 }
 
-// From the centre to the upper end's half of the body, where a daughter of half the length has its centre, in body
-// axes.
+// The vector from the centre to the centre of the upper daughter of half the length, in body axes.
 fn daughter_offset(length: real) -> vec3r {
     return vec3r(0.0, 0.0, 0.25 * length);
 }

@@ -1,4 +1,4 @@
-// How many keys of every block have each digit, digit by digit. The atomics count, so their order does not matter.
+// The number of keys of every block with each digit, digit by digit. The atomics count, so their order does not matter.
 struct Parameters { n: u32, blocks: u32, shift: u32, mask: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> keys: array<u32>;

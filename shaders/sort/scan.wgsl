@@ -1,4 +1,4 @@
-// Sums before every entry inside its block, and the total of every block. Entries from `counted` on count nothing.
+// Prefix sums inside each block, and the total of every block. Entries from `counted` on count as zero.
 struct Parameters { counted: u32, entries: u32, blocks: u32, unused: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> counts: array<u32>;

@@ -1,4 +1,4 @@
-// Adds to every entry what comes before its block.
+// Adds the sum of all earlier blocks to every entry.
 struct Parameters { entries: u32, unused_1: u32, unused_2: u32, unused_3: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> before: array<u32>;

@@ -1,6 +1,7 @@
-// How far a point of a surface moves in the step, at most, over all bodies, and how far by its turn alone: whether any
-// two can have gone through each other. How far contact moves a body's centre, and turns a body of revolution about its
-// own axis, at most; in a second pass the first body that it moves so far.
+// The largest displacement of a surface point in the step, over all bodies, and that by rotation alone: they determine
+// whether any two bodies can have tunnelled. Also the largest displacement of a centre by contact, and the largest
+// rotation of a body of revolution by contact about its own axis; in a second pass the first body with this
+// displacement.
 
 struct Parameters { bodies: u32, pass_number: u32, b: u32, c: u32, dt: real, root_dt: real }
 
@@ -37,7 +38,7 @@ fn main(
     let first = MOTION * i + 2u;
     let turned = parameters.dt * radius * length(motions[first + 1u].xyz);
     let motion = parameters.dt * length(motions[first].xyz) + turned;
-    // All invocations share these: most are no farther than one before them.
+    // All invocations share these values: most do not raise the maximum.
     if bitcast<u32>(f32(motion)) > atomicLoad(&report.farthest) {
         atomicMax(&report.farthest, bitcast<u32>(f32(motion)));
     }

@@ -1,6 +1,6 @@
-// The largest overlap of all pairs and how many violate the tolerance; in a second pass the first pair that overlaps by
-// that much, and in a third, of one invocation, its bodies. All invocations share the report: each workgroup changes it
-// once, and no maximum or minimum is written that is no better than the one there.
+// The largest overlap of all pairs and the number of violations; in a second pass the first pair with this overlap, and
+// in a third, with one invocation, its bodies. All invocations share the report: each workgroup changes it once, and
+// writes only a maximum or minimum that improves it.
 
 struct Parameters { pairs: u32, pass_number: u32, b: u32, c: u32 }
 
@@ -12,7 +12,7 @@ struct Parameters { pairs: u32, pass_number: u32, b: u32, c: u32 }
 var<workgroup> group_worst: atomic<u32>;
 var<workgroup> group_violations: atomic<u32>;
 
-// Bits of a pair's overlap, zero where there is none.
+// Bits of a pair's overlap, zero without overlap.
 fn overlap_of(p: u32) -> u32 {
     if p >= parameters.pairs || contacts[3u * p + 2u].w == 0.0 { return 0u; }
     let overlap = f32(-contacts[3u * p].w);

@@ -1,6 +1,6 @@
-// Whether two bodies of a candidate pair may pass through each other in the step: where their surfaces move far enough
-// against each other for it, and their centres come so near on the way that the bodies could be that deep in each
-// other. src/step/passing.rs has the rule; what it finds by this is a pair of these.
+// Whether two bodies of a candidate pair may pass through each other in the step: if the relative motion of their
+// surfaces suffices, and their centres come so near on the path that the bodies could overlap that deeply.
+// src/step/passing.rs has the rule; the pairs that pass are among these.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 
@@ -12,13 +12,13 @@ struct Parameters { pairs: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real 
 @group(0) @binding(5) var<storage, read> motions: array<vec4r>;
 @group(0) @binding(6) var<storage, read_write> report: Report;
 
-// Sizes do not depend on how a body is turned.
+// Sizes do not depend on the orientation of a body.
 fn unturned(body: u32) -> Placed {
     return Placed(u32(shapes[body].w), shapes[body].xyz, vec4r(0.0, 0.0, 0.0, 1.0));
 }
 
 fn may_pass(a: u32, b: u32) -> bool {
-    // What all roundings of a bound come to, as a part of its terms.
+    // The rounding error of a bound, relative to its terms.
     let roundings = 32.0 * EPSILON;
     let body_a = unturned(a);
     let body_b = unturned(b);
@@ -31,7 +31,7 @@ fn may_pass(a: u32, b: u32) -> bool {
     let turned = parameters.dt
         * (radius_a * length(motions[first_a + 1u].xyz) + radius_b * length(motions[first_b + 1u].xyz));
     let square = dot(travel, travel);
-    // Of numbers that overflow nothing is known here.
+    // If numbers overflow, nothing is known.
     if !is_finite(square) || !is_finite(turned) { return true; }
     if sqrt(square) + turned < 2.0 * deep * (1.0 - roundings) { return false; }
     let delta = lattice_difference(cells[a].xyz, remainders[a].xyz, cells[b].xyz, remainders[b].xyz);

@@ -1,8 +1,8 @@
-// What pairs do that push: how far apart they are at the trial, and how far they move their bodies against each other.
-// In a second pass the first pair that pushes at the largest separation. src/step/two_sided.rs says what may be.
+// The effect of pushing pairs: their separation at the trial, and the relative motion of their bodies. In a second pass
+// the first pushing pair with the largest separation. src/step/two_sided.rs has the limits.
 //
 // A pair pushes if its multipliers move its rows by more than the solver's tolerance. All its rows count together, and
-// its nearest separation alone is looked at: where it touches at one branch and pushes at another, this sees nothing.
+// only its nearest separation is checked: a pair that touches at one branch and pushes at another is not detected.
 
 struct Parameters { pairs: u32, pass_number: u32, least: f32, start_overlap: f32, dt: real, root_dt: real }
 
@@ -30,8 +30,8 @@ fn pushes(p: u32) -> bool {
     return moved > real(parameters.least);
 }
 
-// The separation at the trial, or what it is more than where that is more than may be. Where a body no longer has a
-// place at a surface there is none.
+// The separation at the trial, or a lower bound of it if this exceeds the limit. None if a body no longer has a place
+// at a surface.
 fn separation_of(p: u32, at_surface: bool) -> real {
     let is_far = contacts[3u * p + 2u].w == FAR;
     if !at_surface && is_far { return contacts[3u * p + 2u].x; }
@@ -56,7 +56,7 @@ fn is_thrown(pair: vec2<u32>, at_surface: bool, thinner: real) -> bool {
     return length(against) > THROWN * thinner + parameters.dt * free + real(parameters.start_overlap);
 }
 
-// The slide past each other that free motions explain, at most.
+// The largest relative slide by free motions.
 fn free_slide(pair: vec2<u32>, at_surface: bool) -> real {
     let a = MOTION * pair.x;
     var linear = -motions[a].xyz;
@@ -86,7 +86,7 @@ fn main(
         if bits > 0u && bits == atomicLoad(&report.push_gap) { atomicMin(&report.push_pair, p); }
         return;
     }
-    // All invocations share these: most are no farther apart than one before them.
+    // All invocations share these values: most do not raise the maximum.
     if bits > atomicLoad(&report.push_gap) {
         atomicMax(&report.push_gap, bits);
     }

@@ -1,5 +1,5 @@
-// How far outside its stored box any body starts, at most. With the way that its surface turns in the step it bounds
-// how deep two bodies that are no candidate pair can come into each other on their way.
+// The largest distance of any body's start outside its stored box. With the motion of its surface in the step it bounds
+// the overlap on the path of two bodies that are not a candidate pair.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
 

@@ -1,4 +1,4 @@
-// Puts the places that a body has at surfaces behind the pairs in its list.
+// Appends the places of a body at surfaces to the pairs in its list.
 
 struct Parameters { bodies: u32, first: u32, b: u32, c: u32 }
 

@@ -1,6 +1,6 @@
-// Where the rows of each pair begin for a solver. The rows of all places of a body at a surface form one block, which
-// is that of the first place; the blocks of its other places are empty. The places of a body at a surface follow each
-// other in the list, from number zero.
+// The offset of the rows of each pair for a solver. The rows of all places of a body at a surface form one block, that
+// of the first place; the blocks of its other places are empty. The places of a body at a surface are consecutive in
+// the list, from place zero.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 

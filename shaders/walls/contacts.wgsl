@@ -1,5 +1,5 @@
-// The separations of bodies from surfaces as they are, each at the nearest of the body's places: those of a list of
-// contacts. Three vectors a pair of a body and a surface, as of a pair of bodies.
+// The separations of bodies from surfaces in the present state, each at the nearest of the body's places, for a list of
+// contacts. Three vectors per pair of a body and a surface, as for a pair of bodies.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 

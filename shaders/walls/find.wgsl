@@ -1,5 +1,5 @@
-// The places of bodies that may come near a surface while their boxes stay inside the stored ones: first counted, then,
-// by the same code, written behind the pairs of bodies.
+// The places of bodies that may come near a surface while their boxes stay inside the stored ones: first counted, then
+// written by the same code after the pairs of bodies.
 
 struct Parameters { bodies: u32, surfaces: u32, fill: u32, first: u32 }
 
@@ -9,17 +9,17 @@ struct Parameters { bodies: u32, surfaces: u32, fill: u32, first: u32 }
 @group(0) @binding(3) var<storage, read> stored_boxes: array<vec4r>;
 @group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
 @group(0) @binding(5) var<storage, read> surfaces: array<vec4r>;
-// By body: how many places it found, or where they go.
+// By body: the number of places that it found, or their offset.
 @group(0) @binding(6) var<storage, read_write> list: array<u32>;
 @group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
 
-// Places of a shape at a surface at most.
+// The largest number of places of a shape at a surface.
 fn places(kind: u32, surface: u32) -> u32 {
     switch kind {
         case SPHERE, ELLIPSOID: { return 1u; }
         case SPHEROCYLINDER: { return 2u; }
         case TORUS: { return select(3u, 1u, surface == SURFACE_CYLINDER); }
-        // No such body: the host has seen that its box is not finite.
+        // No such body: the host knows that its box is not finite.
         default: { return 0u; }
     }
 }
@@ -44,8 +44,8 @@ fn main(
         if surface.kind == SURFACE_PLANE {
             reach = dot(abs(surface.first.unit), half);
         }
-        // A box has half the cutoff in it; the other half a pair has from its second body. Rounding may make the reach
-        // a little short.
+        // A box includes half the cutoff; a pair has the other half from its second body. Rounding may make the reach
+        // slightly too short.
         reach += 0.5 * CUTOFF;
         if room > reach + 64.0 * EPSILON * (reach + UNIT) { continue; }
         for (var place = 0u; place < places(u32(shapes[i].w), surface.kind); place += 1u) {

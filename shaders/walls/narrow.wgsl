@@ -1,5 +1,5 @@
-// The separations of bodies from surfaces, place by place, behind those of pairs: the same three vectors, and flags at
-// the same limits, with the cutoff and what the body may move by at the step's start. The normal is always the present
+// The separations of bodies from surfaces, place by place, after those of pairs: the same three vectors, and flags at
+// the same limits, with the cutoff plus the motion of the body at the step's start. The normal is always the present
 // one.
 
 struct Parameters { pairs: u32, first: u32, at_trial: u32, violating: f32 }

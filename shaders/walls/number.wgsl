@@ -1,4 +1,4 @@
-// A place at a surface stands where a pair has its second body. Its number, as src/walls/number.rs has it:
+// A place at a surface replaces the second body of a pair. Its number, as in src/walls/number.rs:
 // FIRST_SURFACE, PLACES times the surface, and the place.
 
 fn is_surface(number: u32) -> bool {

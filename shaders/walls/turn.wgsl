@@ -1,5 +1,5 @@
-// Gives places at walls, whose gaps are those to the walls at a step's end, the normals and levers of the same places
-// at the walls in its middle, where forces act. `surfaces` are those in the middle.
+// Sets the normals and levers of places at walls, whose gaps refer to the walls at a step's end, to those at the walls
+// in its middle, where forces act. `surfaces` are those in the middle.
 
 struct Parameters { pairs: u32, first: u32, a: u32, b: u32 }
 

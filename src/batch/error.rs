@@ -8,7 +8,7 @@ use crate::step::Fault;
 use miette::Diagnostic;
 use thiserror::Error;
 
-/// Why no member was run, or no table made.
+/// Why a batch failed before any member ran, or why its table could not be written.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum BatchError {
@@ -25,7 +25,7 @@ pub enum BatchError {
     Threads(String),
 }
 
-/// Why a member was not run to its end.
+/// Why a member failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MemberError {
@@ -35,7 +35,7 @@ pub enum MemberError {
     /// Its simulation could not be started.
     #[error(transparent)]
     Start(Fault),
-    /// What is to compute it cannot.
+    /// The device failed or does not support the scene.
     #[error(transparent)]
     Device(#[from] GpuError),
     /// A step or a file failed.

@@ -1,4 +1,4 @@
-//! How a member stands: what its folder holds.
+//! The state of a member, from its folder.
 
 use super::plan::{HASH_DIGITS, INDEX_DIGITS, Member, Plan};
 use crate::record::{Folder, RecordError, differing_keys, scene_hash};
@@ -10,17 +10,17 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// What a run's `summary.json` says, as far as a table shows it. A length that was not finite is `None`.
+/// The part of a run's `summary.json` that a table shows. A length that was not finite is `None`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The status of the run.
     pub status: RunStatus,
-    /// Whether it went to its end.
+    /// Whether it reached its end.
     pub completed: bool,
-    /// What of the scene's `growth.stop` ended it; summaries of earlier versions do not say.
+    /// The condition of `growth.stop` that ended it; absent in summaries of earlier versions.
     #[serde(default)]
     pub stopped_by: Option<StopReason>,
-    /// Why it is out of tolerance or stopped, in one word; summaries of earlier versions do not say.
+    /// Why it is out of tolerance or stopped, in one word; absent in summaries of earlier versions.
     #[serde(default)]
     pub reason: Option<String>,
     /// Why it stopped, in a sentence.
@@ -28,7 +28,7 @@ pub struct Outcome {
     pub message: Option<String>,
     /// Hash of its scene.
     pub scene_hash: String,
-    /// Hash of the state that it stands at.
+    /// Hash of its last state.
     pub state_hash: String,
     /// Steps taken.
     pub steps: u64,
@@ -42,22 +42,22 @@ pub struct Outcome {
     pub solver: Products,
     /// Wall time.
     pub wall_seconds: Wall,
-    /// What computed it.
+    /// The backend.
     pub backend: String,
-    /// In which numbers.
+    /// The precision.
     pub precision: String,
-    /// By which version.
+    /// The version of the program.
     pub version: String,
 }
 
 /// Recursions of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Recursions {
-    /// A step's, on average.
+    /// The mean per step.
     pub mean: f64,
 }
 
-/// What the solver did.
+/// The work of the solver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Products {
     /// Applications of `A` over all solves.
@@ -71,10 +71,10 @@ pub struct Wall {
     pub total: f64,
 }
 
-/// What a member's folder holds.
+/// The content of a member's folder.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MemberState {
-    /// Nothing, or there is no folder.
+    /// Nothing, or the folder does not exist.
     Missing,
     /// A run that stopped before its first checkpoint.
     Unstarted,
@@ -84,19 +84,19 @@ pub enum MemberState {
     Summed(Box<Outcome>),
 }
 
-/// The folders that are there for the members of a plan.
+/// The existing folders of the members of a plan.
 #[derive(Debug, Default)]
 pub struct Folders {
     root: PathBuf,
-    /// By the digits of the hash in their names.
+    /// The folders by the digits of the hash in their names.
     named: BTreeMap<String, Vec<PathBuf>>,
 }
 
 impl Folders {
-    /// Looks into the folder `root` of a batch, which need not be there yet.
+    /// Lists the folder `root` of a batch, which may not exist yet.
     ///
     /// # Errors
-    /// [`RecordError::Io`] where it cannot be listed.
+    /// [`RecordError::Io`] if it cannot be listed.
     pub fn read(root: &Path) -> Result<Self, RecordError> {
         let mut folders = Folders { root: root.into(), named: BTreeMap::new() };
         let entries = match fs::read_dir(root) {
@@ -113,12 +113,12 @@ impl Folders {
         Ok(folders)
     }
 
-    /// The folder of a member, and how it stands: the one that bears its name, or one of the same scene under another
-    /// index, which it had before the sweep was changed.
+    /// The folder of a member, and its state: the folder with the member's name, or one of the same scene under another
+    /// index, from before the sweep was changed.
     ///
     /// # Errors
-    /// [`RecordError::OtherScene`] where the run in the folder of its name is of another scene,
-    /// [`RecordError::NotEmpty`] where there is no run in it but something else, and files that cannot be read.
+    /// [`RecordError::OtherScene`] if the folder with its name belongs to a different scene, [`RecordError::NotEmpty`]
+    /// if it contains no run but other files, and files that cannot be read.
     pub fn of(&self, plan: &Plan, member: &Member) -> Result<(PathBuf, MemberState), RecordError> {
         let own = self.root.join(member.name());
         let state = member_state(plan, member, &own)?;
@@ -134,12 +134,12 @@ impl Folders {
         Ok((own, MemberState::Missing))
     }
 
-    /// Whether a folder has the name of a member of this plan, whatever its index.
+    /// Whether any folder has the name of a member of this plan, with any index.
     pub(super) fn has_member_of(&self, plan: &Plan) -> bool {
         plan.members().iter().any(|member| self.named.contains_key(member.short_hash()))
     }
 
-    /// Folders with names like those of members that are of no member of this plan.
+    /// Folders with names like those of members that belong to no member of this plan.
     pub fn strangers(&self, plan: &Plan) -> Vec<&Path> {
         let known: HashSet<&str> = plan.members().iter().map(Member::short_hash).collect();
         let strange = self.named.iter().filter(|(digits, _)| !known.contains(digits.as_str()));

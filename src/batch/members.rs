@@ -1,4 +1,4 @@
-//! The members of a sweep: from an index to the values that it stands for, and where they stand in the file.
+//! The members of a sweep: maps an index to its values and their locations in the file.
 
 use super::ordered::Ordered;
 use super::sweep::Sweep;
@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// A key that is given a value, and the place of that value in the sweep file.
+/// A key with its value's location in the sweep file.
 pub(super) struct Pick {
     pub key: String,
     pub value: Value,
@@ -19,15 +19,15 @@ impl Pick {
         Pick { key: key.to_owned(), value, path: path.map(str::to_owned).to_vec() }
     }
 
-    /// As the override of a scene that it is.
+    /// The corresponding override of a scene.
     pub fn into_override(self, text: &Arc<Source>) -> Result<Override, SceneError> {
         Override::in_text(text, self.path, &self.key, self.value)
     }
 }
 
 impl Sweep {
-    /// What member `index` varies, in the order in which it is applied. The index is a number of mixed radix: the seeds
-    /// are its lowest digit, then the list, then the grid's keys from the last to the first.
+    /// The varied values of member `index`, in the order in which they are applied. The index is a mixed-radix number:
+    /// the seeds are its lowest digit, then the list, then the grid's keys from the last to the first.
     pub(super) fn picks(&self, index: usize) -> Vec<Pick> {
         let mut rest = index;
         let mut digit = |radix: usize| {
@@ -58,12 +58,12 @@ impl Sweep {
         picks
     }
 
-    /// What all members have.
+    /// The values that all members have.
     pub(super) fn common(&self) -> impl Iterator<Item = Pick> + '_ {
         self.set.0.iter().map(|(key, value)| Pick::new(key, value.clone(), ["set", key]))
     }
 
-    /// The keys that are varied, in the order of the file.
+    /// The varied keys, in the order of the file.
     pub(super) fn columns(&self) -> Vec<String> {
         let mut columns: Vec<String> = self.grid.0.iter().map(|(key, _)| key.clone()).collect();
         let mut seen: HashSet<&str> = self.grid.0.iter().map(|(key, _)| key.as_str()).collect();

@@ -1,9 +1,9 @@
-//! Many runs from one file: a sweep's members, the folder that each leaves, and the table of what they came to.
+//! Many runs from one file: the members of a sweep, their folders, and the table of their results.
 //!
 //! A [`Sweep`] is one scene in many variants. A [`Plan`] is a sweep with every member's scene read and validated;
-//! [`run`] runs the members, several at a time, each in a folder of its own that is guarded by the hash of its scene:
-//! what is finished is left alone, what was stopped goes on from its checkpoint. A [`Table`] is made from what the
-//! folders hold.
+//! [`run`] runs the members, several at a time, each in its own folder, which is identified by the hash of its scene.
+//! Finished members are left alone, and stopped ones continue from their checkpoints. A [`Table`] is made from the
+//! folders.
 //!
 //! ```
 //! use relcp::batch::Plan;

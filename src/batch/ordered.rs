@@ -1,4 +1,4 @@
-//! An object of JSON whose keys keep their order.
+//! A JSON object whose keys keep their order.
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use serde::{Serialize, Serializer};

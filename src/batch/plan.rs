@@ -14,22 +14,21 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Digits of the scene's hash in a folder's name. The index beside it keeps names apart, and the whole hash is compared
-/// before use.
+/// Digits of the scene's hash in a folder's name. The index makes names unique, and the whole hash is compared before
+/// use.
 pub(super) const HASH_DIGITS: usize = 8;
-/// Digits of the index in a folder's name: those of most sweeps, so that names sort. It does not depend on the number
-/// of members, so a sweep that is added to at its end keeps its names.
+/// Digits of the index in a folder's name: enough for most sweeps, so that names sort. It does not depend on the number
+/// of members, so a sweep keeps its names if members are appended.
 pub(super) const INDEX_DIGITS: usize = 4;
 
 /// One run of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Member {
-    /// Its number, from 0.
+    /// Its index, from 0.
     pub index: usize,
-    /// What it varies, in the order in which it is applied.
+    /// Its varied values, in the order in which they are applied.
     pub set: Ordered<Value>,
-    /// The values that its scene has for the plan's columns, whether it sets them or not; null where the scene has
-    /// none.
+    /// The values of its scene for the plan's columns, whether it sets them or not; null if the scene has none.
     pub values: Ordered<Value>,
     /// Hash of its scene.
     pub scene_hash: String,
@@ -47,7 +46,7 @@ impl Member {
         self.scene_hash.get(..HASH_DIGITS).unwrap_or(&self.scene_hash)
     }
 
-    /// What it varies, in words.
+    /// Its varied values as text.
     pub fn label(&self) -> String {
         label(self.set.0.iter())
     }
@@ -71,14 +70,14 @@ impl Plan {
     /// Reads a sweep file, its scene, and validates every member.
     ///
     /// # Errors
-    /// [`BatchError::Scene`] with its place, in the sweep or in the scene; two members that are the same scene are
+    /// [`BatchError::Scene`] with the location in the sweep or in the scene; two members with the same scene are
     /// refused too.
     pub fn open(path: &Path) -> Result<Self, BatchError> {
         Ok(Plan::new(Source::file(path)?, path.parent().unwrap_or(Path::new("")))?)
     }
 
-    /// As [`Plan::open`], from a text. `origin` names it in messages, and scene files are looked for from the folder
-    /// `base`.
+    /// As [`Plan::open`], from a text. `origin` names it in messages, and paths of scene files are relative to the
+    /// folder `base`.
     ///
     /// # Errors
     /// As [`Plan::open`].
@@ -92,7 +91,7 @@ impl Plan {
         let text = Arc::new(text);
         let scene = scene_of(&sweep, &text, base)?;
         let mut plan = Plan { columns: sweep.columns(), sweep, text, scene, members: Vec::new() };
-        // The bound was checked.
+        // The limit was checked.
         let count = plan.sweep.count().unwrap_or(0) as usize;
         let members: Vec<_> = (0..count).into_par_iter().map(|index| plan.member(index)).collect();
         plan.members = members.into_iter().collect::<Result<_, _>>()?;
@@ -117,11 +116,11 @@ impl Plan {
         self.scene.scene(&sets)
     }
 
-    /// What a scene has for the columns.
+    /// The values of a scene for the columns.
     fn values_of(&self, scene: &Scene, set: &Ordered<Value>) -> Vec<(String, Value)> {
         let set: HashMap<&str, &Value> = set.0.iter().map(|(key, value)| (key.as_str(), value)).collect();
         let unset = self.columns.iter().any(|column| !set.contains_key(column.as_str()));
-        // As large as the scene: only where it is needed.
+        // As large as the scene, so it is made only if needed.
         let whole = if unset { serde_json::to_value(scene.with_defaults()).unwrap_or_default() } else { Value::Null };
         let in_scene = |column: &str| value_at(&whole, column).cloned().unwrap_or_default();
         let value = |column: &String| {
@@ -147,7 +146,7 @@ impl Plan {
         &self.sweep
     }
 
-    /// The keys that are varied: the grid's, the list's, and `seed`.
+    /// The varied keys: those of the grid, those of the list, and `seed`.
     pub fn columns(&self) -> &[String] {
         &self.columns
     }
@@ -160,7 +159,7 @@ impl Plan {
     /// The scene of a member.
     ///
     /// # Errors
-    /// None for the index of a member; beyond them, [`FaultKind::BadValue`].
+    /// [`FaultKind::BadValue`] if there is no member with this index.
     pub fn scene(&self, index: usize) -> Result<Scene, SceneError> {
         if index >= self.members.len() {
             return Err(SceneError::bad("", format!("there is no member {index}")).of(self.text.origin()));
@@ -189,10 +188,10 @@ fn value_at<'v>(whole: &'v Value, dotted: &str) -> Option<&'v Value> {
     })
 }
 
-/// What a sweep's scene may be.
-const SOURCES: &str = "a built-in scene by its name, or a file seen from the sweep's folder";
+/// The allowed sources of a sweep's scene.
+const SOURCES: &str = "a built-in scene by its name, or a file relative to the sweep's folder";
 
-/// The scene's text: a built-in one, or a file seen from the sweep's folder.
+/// The scene's text: a built-in scene, or a file relative to the sweep's folder.
 fn scene_of(sweep: &Sweep, text: &Source, base: &Path) -> Result<Source, SceneError> {
     if let Some(built_in) = BuiltIn::named(&sweep.scene) {
         return Ok(Source::new(built_in.text, built_in.name));

@@ -1,7 +1,7 @@
 //! Runs members, several at a time.
 //!
-//! Each member is a run like any other, so its bits do not depend on how many run beside it nor on its threads. One
-//! that fails does not stop the others.
+//! Each member is an ordinary run, so its bits do not depend on concurrent members or on threads. A failed member does
+//! not stop the others.
 
 use super::error::{BatchError, MemberError};
 use super::member_state::{Folders, MemberState};
@@ -20,9 +20,9 @@ use std::time::Instant;
 /// How to run them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Most members at a time; never more than there are to run.
+    /// The largest number of concurrent members.
     pub jobs: usize,
-    /// Threads of all of them together; each gets its part, at least one.
+    /// Threads of all concurrent members together; each gets its share, at least one.
     pub threads: usize,
     /// Whether failed members continue from their last accepted state.
     pub retry: bool,
@@ -31,28 +31,29 @@ pub struct Options {
 /// How a member ended.
 #[derive(Debug)]
 pub enum Ended {
-    /// It was left alone: an earlier run has ended like this.
+    /// It was left alone: an earlier run ended with this status.
     Before(RunStatus),
-    /// It was run, and stands like this.
+    /// It ran, and has this status.
     Now(RunStatus),
-    /// It was not begun, as the batch was stopped.
+    /// It was not started, because the batch was stopped.
     NotBegun,
     /// It failed.
     Failed(MemberError),
 }
 
-/// What computes a scene; see [`Compute`]. Members of a [`gpu::Ensemble`](crate::gpu::Ensemble) share one device.
+/// Chooses the backend of a scene; see [`Compute`]. Members of a [`gpu::Ensemble`](crate::gpu::Ensemble) share one
+/// device.
 pub type Settle<'a> = dyn Fn(&Scene) -> Result<Compute, MemberError> + Sync + 'a;
 
-/// Looks on, from several threads, and can stop it all.
+/// Observes a batch from several threads, and can stop it.
 pub trait Watch: Sync {
-    /// Whether all members are to stop after the step that they take, with a checkpoint.
+    /// Whether all members should stop after their current step, with a checkpoint.
     fn stop(&self) -> bool {
         false
     }
-    /// So many members are to be run, with so many steps in all.
+    /// The number of members that will run, and of all their steps.
     fn planned(&self, _members: usize, _steps: u64) {}
-    /// A member begins or goes on.
+    /// A member starts or continues.
     fn begun(&self, _member: &Member, _run: &Run) {}
     /// A member took a step.
     fn stepped(&self, _member: &Member, _report: &StepReport) {}
@@ -60,7 +61,7 @@ pub trait Watch: Sync {
     fn ended(&self, _member: &Member, _ended: &Ended) {}
 }
 
-/// A member that is to be run.
+/// A member to run.
 struct Task<'a> {
     place: usize,
     member: &'a Member,
@@ -77,7 +78,7 @@ struct Crew<'a> {
     ended: Mutex<Vec<(usize, Ended)>>,
 }
 
-/// Runs these members of a plan in folders under `out`, and says how each ended, in the order of `members`.
+/// Runs these members of a plan in folders under `out`, and returns how each ended, in the order of `members`.
 ///
 /// ```no_run
 /// use relcp::batch::{Options, Plan, Table, Watch, run};
@@ -92,12 +93,12 @@ struct Crew<'a> {
 /// # Ok::<(), relcp::batch::BatchError>(())
 /// ```
 ///
-/// Every folder is looked at before anything is run. A finished member is left alone, one that was stopped goes on from
-/// its checkpoint.
+/// All folders are checked before anything runs. A finished member is left alone, and a stopped one continues from its
+/// checkpoint.
 ///
 /// # Errors
-/// A folder that is of another scene or of something else, which is then left as it is, and so are all others. What
-/// befalls a member once it runs is in its [`Ended`].
+/// A folder that belongs to a different scene or contains other files; then no folder is changed. Failures of running
+/// members are in their [`Ended`].
 pub fn run(
     plan: &Plan,
     out: &Path,
@@ -130,7 +131,7 @@ pub fn run(
 
 type Sorted<'a> = (Vec<Task<'a>>, Vec<(usize, Ended)>);
 
-/// Which members are to be run, and how the others have ended.
+/// The members to run, and how the others have ended.
 fn tasks<'a>(plan: &Plan, out: &Path, members: &'a [Member], retry: bool) -> Result<Sorted<'a>, BatchError> {
     let folders = Folders::read(out)?;
     let (mut tasks, mut ended) = (Vec::new(), Vec::new());
@@ -147,7 +148,7 @@ fn tasks<'a>(plan: &Plan, out: &Path, members: &'a [Member], retry: bool) -> Res
 }
 
 impl Crew<'_> {
-    /// Takes one task after the other until there is none.
+    /// Runs tasks until none is left.
     fn work(&self) {
         while let Some(task) = self.tasks.get(self.next.fetch_add(1, Ordering::Relaxed)) {
             let ended = if self.watch.stop() { Ended::NotBegun } else { self.end(task) };
@@ -159,7 +160,7 @@ impl Crew<'_> {
     fn end(&self, task: &Task) -> Ended {
         match self.step(task) {
             Ok(status) => Ended::Now(status),
-            // Stopped while its bodies were placed: nothing of it is there yet.
+            // Stopped while its bodies were placed: nothing was written yet.
             Err(MemberError::Scene(error)) if error.kind() == FaultKind::Interrupted => Ended::NotBegun,
             Err(error) => Ended::Failed(error),
         }
@@ -172,7 +173,7 @@ impl Crew<'_> {
             let report = run.advance()?;
             self.watch.stepped(task.member, &report);
         }
-        // Files and a picture come now.
+        // The device is not needed for the files and the picture that follow.
         run.simulation().device().iter().for_each(|gpu| gpu.rest());
         Ok(run.finish()?.status)
     }
@@ -187,7 +188,7 @@ impl Crew<'_> {
         }
         let state = State::new(scene.build_while(&mut |_| !self.watch.stop())?);
         let simulation = Simulation::start(&compute, scene, state).map_err(MemberError::Start)?;
-        // The folder comes last, so that nothing is left of a member that cannot be begun.
+        // The folder is created last, so that a member that cannot start leaves no files.
         let folder = match task.state {
             MemberState::Unstarted => Folder::restart(&task.folder),
             _ => Folder::create(&task.folder),

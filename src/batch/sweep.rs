@@ -1,4 +1,4 @@
-//! A sweep: one scene in many variants, as it stands in a sweep file (JSON).
+//! A sweep: one scene in many variants, as in a sweep file (JSON).
 
 use super::ordered::Ordered;
 use crate::scene::SceneError;
@@ -10,33 +10,32 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Most members of a sweep: each leaves a folder of about ten files, and file systems and queues of clusters are at
-/// their limits by then.
+/// The largest number of members of a sweep: each has a folder of about ten files, and more would exceed the limits of
+/// file systems and queues.
 pub const MAX_MEMBERS: u64 = 100_000;
-/// Longest name, in bytes: it names a folder, as a scene's does.
+/// The longest name, in bytes: it names a folder, like that of a scene.
 const MAX_NAME_BYTES: usize = 128;
 
 /// One scene in many variants: every combination of the grid's values, the list's entries and the seeds.
 ///
-/// Keys are dotted, as overrides have them. `set` comes first, then the grid, the list and the seed, each over what was
-/// before it. Of the members' order the grid's first key is the slowest index, then its other keys, then the list, and
-/// the seeds are the fastest.
+/// Keys are dotted, as in overrides. `set` is applied first, then the grid, the list and the seed. In the order of
+/// members the grid's first key varies slowest, then its other keys, then the list; the seeds vary fastest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// A name for people; it names the folder.
+    /// A name, which also names the folder.
     pub name: String,
-    /// A built-in scene's name, or the path of a scene file, seen from the sweep's own folder.
+    /// A built-in scene's name, or the path of a scene file, relative to the sweep's folder.
     pub scene: String,
     /// Values that all members have.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, Value>")]
     pub set: Ordered<Value>,
-    /// The values that each of these keys takes, in all combinations.
+    /// The values of each of these keys, in all combinations.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, Vec<Value>>")]
     pub grid: Ordered<Vec<Value>>,
-    /// Sets of values that go together; each is combined with the grid and the seeds.
+    /// Sets of values that belong together; each is combined with the grid and the seeds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<Vec<BTreeMap<String, Value>>>")]
     pub list: Option<Vec<Ordered<Value>>>,
@@ -45,17 +44,17 @@ pub struct Sweep {
     pub seeds: Option<Seeds>,
 }
 
-/// Seeds, one by one or in a row.
+/// Seeds, as a list or as a range.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Seeds {
-    /// These.
+    /// A list.
     Listed(Vec<u64>),
-    /// So many, from one on.
+    /// A range.
     Row(SeedRow),
 }
 
-/// Seeds in a row.
+/// A range of seeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SeedRow {
@@ -75,12 +74,12 @@ impl Seeds {
         }
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// One of them, by its place.
+    /// The seed at an index.
     pub(super) fn at(&self, index: usize) -> u64 {
         match self {
             Seeds::Listed(seeds) => seeds[index],
@@ -95,7 +94,7 @@ impl<'de> Deserialize<'de> for Seeds {
     }
 }
 
-/// By hand, as an untagged enum does not say what is wrong.
+/// Written by hand, because an untagged enum gives no useful error.
 struct SeedsVisitor;
 
 impl<'de> Visitor<'de> for SeedsVisitor {
@@ -119,7 +118,7 @@ impl<'de> Visitor<'de> for SeedsVisitor {
 }
 
 impl Sweep {
-    /// Whether this can be expanded: a name that is fit for a folder, no empty list of values, no key that is varied
+    /// Checks that the sweep can be expanded: a valid folder name, no empty list of values, no key that is varied
     /// twice, not too many members.
     pub(super) fn validate(&self) -> Result<(), SceneError> {
         let unfit = |c: char| c == '/' || c == '\\' || c.is_control();
@@ -157,32 +156,32 @@ impl Sweep {
         }
     }
 
-    /// A key that is varied in two ways would be lost in one of them without a word.
+    /// Refuses a key that is varied in two ways: one of them would be lost silently.
     fn check_twice(&self) -> Result<(), SceneError> {
         let grid: Vec<&str> = self.grid.0.iter().map(|(key, _)| key.as_str()).collect();
         for (index, entry) in self.list.iter().flatten().enumerate() {
             for (key, _) in &entry.0 {
                 if let Some(other) = grid.iter().find(|other| overlap(key, other)) {
-                    let message = format!("is varied by the grid too, as `{other}`; name it in one of the two");
+                    let message = format!("is also varied by the grid, as `{other}`; use only one of the two");
                     return Err(SceneError::bad(format!("list.{index}.{key}"), message));
                 }
                 if self.seeds.is_some() && overlap(key, "seed") {
                     return Err(SceneError::bad(
                         format!("list.{index}.{key}"),
-                        "is varied by `seeds` too; name it in one of the two",
+                        "is also varied by `seeds`; use only one of the two",
                     ));
                 }
             }
         }
         match grid.iter().find(|key| self.seeds.is_some() && overlap(key, "seed")) {
             Some(key) => {
-                Err(SceneError::bad(format!("grid.{key}"), "is varied by `seeds` too; name it in one of the two"))
+                Err(SceneError::bad(format!("grid.{key}"), "is also varied by `seeds`; use only one of the two"))
             }
             None => Ok(()),
         }
     }
 
-    /// How many members, where that is a number.
+    /// The number of members, if it does not overflow.
     pub(super) fn count(&self) -> Option<u64> {
         let grid = self.grid.0.iter().map(|(_, values)| values.len() as u64);
         let list = self.list.as_ref().map_or(1, |list| list.len() as u64);

@@ -1,4 +1,4 @@
-//! The table of a batch: a row a member, from what the folders hold.
+//! The table of a batch: one row per member, from the folders.
 
 use super::error::BatchError;
 use super::member_state::{Folders, MemberState, Outcome};
@@ -30,30 +30,30 @@ const COLUMNS: [&str; 14] = [
     "message",
     "reason",
 ];
-/// Most characters of a value in the table for people.
+/// The longest value in the printed table, in characters.
 const WIDEST: usize = 32;
 
-/// How a member stands, in a table.
+/// The status of a member in a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RowStatus {
-    /// It went to its end, and every step met its tolerances.
+    /// It reached its end, and every step met its tolerances.
     Done,
-    /// It went to its end; some step did not meet its tolerances.
+    /// It reached its end; some step did not meet its tolerances.
     OutOfTolerance,
-    /// It was stopped before its end, and goes on when the batch is run again.
+    /// It was stopped before its end, and continues when the batch runs again.
     Interrupted,
-    /// A step could not be taken within its tolerances.
+    /// A step could not meet its tolerances.
     Stopped,
     /// A step could not be taken, by an earlier version.
     Fault,
-    /// It is running, or was killed; it goes on when the batch is run again.
+    /// It is running, or was killed; it continues when the batch runs again.
     Unfinished,
-    /// It was not run yet.
+    /// It did not run yet.
     Missing,
-    /// Its folder is of another scene, or of something else.
+    /// Its folder belongs to a different scene, or contains other files.
     Refused,
-    /// It could not be run; the message says why.
+    /// It could not run; the message gives the reason.
     Failed,
 }
 
@@ -72,7 +72,7 @@ impl RowStatus {
         }
     }
 
-    /// Whether the run went to its end.
+    /// Whether the run reached its end.
     pub fn finished(self) -> bool {
         matches!(self, RowStatus::Done | RowStatus::OutOfTolerance)
     }
@@ -90,7 +90,7 @@ impl From<RunStatus> for RowStatus {
     }
 }
 
-/// A member and what it came to.
+/// A member and its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// The member.
@@ -99,18 +99,18 @@ pub struct Row {
     pub folder: PathBuf,
     /// Its status.
     pub status: RowStatus,
-    /// What its summary says, where it has one.
+    /// The content of its summary, if it has one.
     pub outcome: Option<Outcome>,
     /// Why it is refused or failed.
     pub message: Option<String>,
 }
 
-/// A row a member.
+/// The rows of all members.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
     /// The sweep's name.
     pub name: String,
-    /// The keys that are varied.
+    /// The varied keys.
     pub columns: Vec<String>,
     /// The rows, in the members' order; `members` in `batch.json`.
     #[serde(rename = "members")]
@@ -121,14 +121,14 @@ impl Table {
     /// The table of these members of a plan, whose folders are under `out`.
     ///
     /// # Errors
-    /// [`BatchError::Record`] where a file cannot be read. A folder that is refused is a row.
+    /// [`BatchError::Record`] if a file cannot be read. A refused folder is a row.
     pub fn of(plan: &Plan, out: &Path, members: &[Member]) -> Result<Self, BatchError> {
         let folders = Folders::read(out)?;
         let rows = members.iter().map(|member| Row::of(plan, &folders, out, member)).collect::<Result<_, _>>()?;
         Ok(Table { name: plan.sweep().name.clone(), columns: plan.columns().to_vec(), rows })
     }
 
-    /// Says of a member that it could not be run.
+    /// Records that a member could not run.
     pub fn failed(&mut self, index: usize, message: String) {
         for row in self.rows.iter_mut().filter(|row| row.member.index == index) {
             if !matches!(row.status, RowStatus::Fault | RowStatus::Stopped) {
@@ -148,11 +148,11 @@ impl Table {
         Ok(durable::write_json(&out.join("batch.json"), self)?)
     }
 
-    /// As `batch.csv`. A value that is text stands as it is, any other as JSON. A varied key that is named like one of
-    /// the other columns is given as `set.KEY`.
+    /// The content of `batch.csv`. Strings are written as they are, other values as JSON. A varied key with the name of
+    /// another column becomes `set.KEY`.
     ///
     /// # Errors
-    /// What the writer fails with.
+    /// The error of the writer.
     pub fn to_csv(&self) -> std::io::Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let taken = |key: &str| key == "index" || COLUMNS.contains(&key);
@@ -210,7 +210,7 @@ impl Row {
         self.folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
     }
 
-    /// Its cells of [`COLUMNS`], empty where there is nothing to say.
+    /// Its cells of [`COLUMNS`], empty if there is no value.
     fn cells(&self) -> [String; COLUMNS.len()] {
         let of = |cell: fn(&Outcome) -> String| self.outcome.as_ref().map(cell).unwrap_or_default();
         [
@@ -231,7 +231,7 @@ impl Row {
         ]
     }
 
-    /// Its cells for people, after the index and the varied values.
+    /// Its cells in the printed table, after the index and the varied values.
     fn words(&self) -> [String; WORDS.len()] {
         let of = |cell: fn(&Outcome) -> String| self.outcome.as_ref().map(cell).unwrap_or_default();
         [
@@ -277,7 +277,7 @@ impl fmt::Display for Table {
     }
 }
 
-/// A row as `batch.json` has it; null where there is nothing to say, and where an overlap was not finite.
+/// A row of `batch.json`; null if there is no value, or if an overlap was not finite.
 #[derive(Serialize)]
 struct Entry<'a> {
     index: usize,

@@ -1,4 +1,4 @@
-//! Every pair tested: the oracle of the other searches, and quick enough for a handful of bodies.
+//! Tests every pair: the oracle of the other searches, and fast enough for a few bodies.
 
 use super::{Aabb, BroadPhase};
 

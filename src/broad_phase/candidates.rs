@@ -1,5 +1,5 @@
 //! A candidate list that is kept while it is proven complete: the neighbour list of L. Verlet, "Computer experiments on
-//! classical fluids I", 1967, with boxes in the place of distances.
+//! classical fluids I", 1967, with boxes instead of distances.
 //!
 //! A search stores every body's box inflated by a margin (half the skin) and lists the pairs whose stored boxes touch.
 //! As long as every body's box lies inside its stored box, two boxes that touch belong to stored boxes that touch, so
@@ -10,33 +10,33 @@ use super::{Aabb, BroadPhase, Grid, Periodic};
 use crate::periodic::Periods;
 use rayon::prelude::*;
 
-/// Calls that a search's margin is to last for, at the pace measured so far. `benches/broad_phase.rs` tells the cost by
-/// margin: for rods in a plane and ellipsoids in a heap that move by 1e-4 to 1e-2 of their length a call, 20 calls
-/// within the limits below are within about a fifth of the best fixed margin, and three to eight times cheaper than
-/// searching every time.
+/// The number of calls that a search's margin should last, at the measured pace. `benches/broad_phase.rs` measures the
+/// cost by margin: for rods in a plane and ellipsoids in a heap that move by 1e-4 to 1e-2 of their length per call, 20
+/// calls within the limits below cost at most about a fifth more than the best fixed margin, and a third to an eighth
+/// of a search per call.
 const TARGET_CALLS: f64 = 20.0;
 
-/// Calls that a margin must last for to be worth it.
+/// The number of calls that a margin must last to be worthwhile.
 const LEAST_CALLS: f64 = 2.0;
 
 /// Largest margin, as a fraction of the median of the boxes' longest edges. The list is then two to five times as long
-/// as needed; at twice the margin three to twelve times, which costs more than the searches it saves up to a pace of
-/// 1e-2 lengths a call.
+/// as needed; at twice the margin three to twelve times, which costs more than the saved searches up to a pace of 1e-2
+/// lengths per call.
 const MAX_FRACTION: f64 = 0.1;
 
 /// Smallest margin, likewise: at this size it adds a hundredth to the list.
 const MIN_FRACTION: f64 = 0.002;
 
-/// The margin of a first search, likewise, when the pace is unknown.
+/// The margin of a first search, likewise, while the pace is unknown.
 const FIRST_FRACTION: f64 = 0.02;
 
-/// Below this many bodies or pairs one thread does all: a test takes a few nanoseconds, handing out work some
+/// Below this many bodies or pairs one thread does all: a test takes a few nanoseconds, dispatching work some
 /// microseconds.
 const PARALLEL_MIN: usize = 16384;
 
-/// Keeps the pairs that a search found, with a margin, over configurations that differ little.
+/// Keeps the pairs of a search with a margin over configurations that differ little.
 ///
-/// As a [`BroadPhase`] it finds exactly what its search would find, whatever it was asked before.
+/// As a [`BroadPhase`] it finds exactly the pairs of its search, independently of earlier calls.
 /// [`Candidates::ensure`] gives the list itself.
 ///
 /// ```
@@ -56,12 +56,12 @@ const PARALLEL_MIN: usize = 16384;
 pub struct Candidates {
     search: Box<dyn BroadPhase + Send + Sync>,
     periods: Periods,
-    /// Boxes of the last search with its margin; empty when there is nothing to reuse.
+    /// Boxes of the last search with its margin; empty if there is nothing to reuse.
     stored: Vec<Aabb>,
     listed: Vec<[u32; 2]>,
     margin: f64,
     fixed: Option<f64>,
-    /// Margin used up a call, as last measured.
+    /// The margin used per call, as last measured.
     pace: Option<f64>,
     calls_since_search: u64,
     searches: u64,
@@ -76,7 +76,7 @@ impl Default for Candidates {
 }
 
 impl Candidates {
-    /// A list made by `search`, its margin chosen from how fast boxes were seen to move.
+    /// A list made by `search`, with a margin chosen by the measured motion of the boxes.
     pub fn new(search: Box<dyn BroadPhase + Send + Sync>) -> Self {
         Candidates {
             search,
@@ -97,13 +97,13 @@ impl Candidates {
         Candidates { fixed: Some(margin.max(0.0)), ..Candidates::new(search) }
     }
 
-    /// A list made by the [`Grid`] in the space of `periods`: of pairs that touch through some image. The boxes are not
-    /// to be wrapped, so that they do not jump.
+    /// A list made by the [`Grid`] in the space of `periods`, with the pairs that touch through any image. The boxes
+    /// must not be wrapped, so that they do not jump.
     pub fn in_space(periods: Periods) -> Self {
         Candidates { periods, ..Candidates::new(Box::new(Periodic::new(Grid::default(), periods))) }
     }
 
-    /// Goes on in the space of other periods: a list of before says nothing there.
+    /// Sets other periods; the present list is not valid there.
     pub fn set_periods(&mut self, periods: Periods) {
         if periods != self.periods {
             *self = Candidates { searches: self.searches, reuses: self.reuses, ..Candidates::in_space(periods) };
@@ -112,10 +112,10 @@ impl Candidates {
 
     /// Pairs `[a, b]`, `a < b`, ascending, each once, among them every pair of touching boxes.
     ///
-    /// `boxes` are the bodies' exact boxes, each pushed out by as far as the caller wants to see (half of a common
-    /// cutoff, say). Which further pairs are listed depends on earlier calls: a caller whose results must not must keep
-    /// only pairs that meet a criterion of their own, as [`Candidates::pairs`](BroadPhase::pairs) does with the boxes
-    /// themselves.
+    /// `boxes` are the bodies' exact boxes, each inflated by the distance that the caller needs, such as half of a
+    /// common cutoff. The list has further pairs that depend on earlier calls. A caller whose results must not depend
+    /// on them must filter the list by an exact criterion, as [`Candidates::pairs`](BroadPhase::pairs) does with the
+    /// boxes themselves.
     pub fn ensure(&mut self, boxes: &[Aabb]) -> &[[u32; 2]] {
         self.calls_since_search += 1;
         if self.holds(boxes) {
@@ -126,16 +126,16 @@ impl Candidates {
         &self.listed
     }
 
-    /// Forgets the list, so that the next call searches. Completeness never needs it: a new number of boxes, or a box
-    /// outside its stored box, is noticed without, whichever body an index means. It makes what is listed independent
-    /// of the past.
+    /// Drops the list, so that the next call searches. Completeness never requires this: a changed number of boxes, or
+    /// a box outside its stored box, is detected anyway, also if an index now means another body. It makes the list
+    /// independent of the past.
     pub fn invalidate(&mut self) {
         self.stored.clear();
         self.listed.clear();
         self.pace = None;
     }
 
-    /// Searches made.
+    /// The number of searches.
     pub fn searches(&self) -> u64 {
         self.searches
     }
@@ -162,8 +162,8 @@ impl Candidates {
         self.margin = self.fixed.unwrap_or_else(|| self.next_margin(boxes));
         let margin = self.margin;
         self.stored.clear();
-        // A box that the margin makes overflow keeps its own size. One that is not proper to begin with touches
-        // nothing, and may be proper next time: it is never found inside.
+        // A box that would overflow with the margin keeps its own size. A box that is not proper touches nothing, but
+        // may be proper next time: its stored box contains nothing.
         let store = |aabb: &Aabb| match aabb.inflated(margin) {
             inflated if inflated.is_proper() && aabb.is_proper() => inflated,
             _ if aabb.is_proper() => *aabb,
@@ -175,7 +175,7 @@ impl Candidates {
         self.calls_since_search = 0;
     }
 
-    /// How much margin a call has used up since the last search, over the body that used most.
+    /// The margin used per call since the last search, by the body that used most.
     fn measure_pace(&mut self, boxes: &[Aabb]) {
         if self.stored.len() != boxes.len() || boxes.is_empty() {
             return;
@@ -200,7 +200,7 @@ impl Candidates {
         let typical = *edges.select_nth_unstable_by(middle, f64::total_cmp).1;
         match self.pace {
             None => FIRST_FRACTION * typical,
-            // No call or hardly one could be answered: a margin would only lengthen the list.
+            // A margin would last for hardly any call, and only lengthen the list.
             Some(pace) if pace * LEAST_CALLS > MAX_FRACTION * typical => 0.0,
             Some(pace) => (pace * TARGET_CALLS).clamp(MIN_FRACTION * typical, MAX_FRACTION * typical),
         }
@@ -211,7 +211,7 @@ impl BroadPhase for Candidates {
     fn pairs(&mut self, boxes: &[Aabb], pairs: &mut Vec<[u32; 2]>) {
         self.ensure(boxes);
         let periods = self.periods;
-        // All listed boxes are proper: a search lists no others, and none changed since without a new search.
+        // All listed boxes are proper: a search lists no others, and a change of one would have caused a new search.
         let touching = |part: &[[u32; 2]], pairs: &mut Vec<[u32; 2]>| {
             pairs.extend(part.iter().filter(|[a, b]| periods.touches(&boxes[*a as usize], &boxes[*b as usize])));
         };

@@ -1,10 +1,10 @@
 //! The search for touching boxes: a grid of columns, several levels of them, swept along the third axis.
 //!
-//! Boxes are shared out to columns (see [`super::levels`]), sorted along the sweep axis inside each, and every box is
-//! tested against those boxes of the neighbouring columns that begin, along the sweep axis, where it reaches, and
-//! against boxes of coarser levels in at most nine columns. A pair is found once: in its own level by the box that
-//! begins first, between levels by the smaller box. For bodies of similar size the cost a body is constant, but for the
-//! sort inside columns.
+//! Boxes are distributed to columns (see [`super::levels`]) and sorted along the sweep axis inside each. Every box is
+//! tested against the boxes of the neighbouring columns that begin, along the sweep axis, within its extent, and
+//! against boxes of coarser levels in at most nine columns. Each pair is found once: within a level by the box that
+//! begins first, between levels by the smaller box. For bodies of similar size the cost per body is constant, except
+//! for the sort inside columns.
 //!
 //! Sweep and prune: D. Baraff, "Dynamic simulation of non-penetrating rigid bodies", 1992. Levels of grids: B. Mirtich,
 //! "Impulse-based dynamic simulation of rigid body systems", 1996.
@@ -15,14 +15,13 @@ use super::{Aabb, BroadPhase, each};
 use rayon::prelude::*;
 
 /// Below this many boxes one thread does all: a search then takes about a millisecond or less. At 10,000 boxes two
-/// threads were seen to take two thirds of the time of one.
+/// threads took two thirds of the time of one.
 const PARALLEL_MIN: usize = 4096;
 
-/// Boxes that a work unit of the sweep takes, about 0.3 ms: short enough to share out a scene of [`PARALLEL_MIN`]
-/// boxes.
+/// Boxes per work unit of the sweep, about 0.3 ms: short enough to distribute a scene of [`PARALLEL_MIN`] boxes.
 const SWEEP_CHUNK: usize = 2048;
 
-/// Marks a box that is not proper: it is in no column.
+/// The column of a box that is not proper.
 const NOWHERE: u32 = u32::MAX;
 
 /// A box in column order, its axes in the layout's order.
@@ -44,7 +43,7 @@ impl Entry {
     }
 }
 
-/// The multi-level grid. It holds nothing but memory for reuse between searches.
+/// The multi-level grid. It has no state except memory for reuse between searches.
 ///
 /// ```
 /// use glam::DVec3;
@@ -61,7 +60,7 @@ pub struct Grid {
     layout: Layout,
     /// The column of every box.
     column: Vec<u32>,
-    /// Where every column's boxes begin in `sorted`, and where the last column's end.
+    /// The offset of every column's boxes in `sorted`, and the end.
     start: Vec<u32>,
     /// Lower end along the sweep axis and index of every box, by column.
     order: Vec<(f64, u32)>,
@@ -159,7 +158,7 @@ impl Grid {
         });
     }
 
-    /// Finds all pairs, a list for every work unit.
+    /// Finds all pairs, one list per work unit.
     fn sweep(&mut self, parallel: bool) {
         let mut found = std::mem::take(&mut self.found);
         found.resize_with(self.sorted.len().div_ceil(SWEEP_CHUNK), Vec::new);
@@ -178,7 +177,7 @@ impl Grid {
         self.found = found;
     }
 
-    /// The pairs that boxes `begin..stop` of column `column` are to find.
+    /// The pairs that the boxes `begin..stop` of column `column` must find.
     fn sweep_run(&self, begin: usize, stop: usize, column: usize, found: &mut Vec<u64>) {
         let (coarser, level) = self.layout.levels.split_at(self.layout.level_of_column(column));
         let run = &self.sorted[begin..stop];
@@ -218,8 +217,8 @@ impl Grid {
     }
 }
 
-/// The pairs of each box of `run` with those of `boxes`, another column, that begin after it along the sweep axis;
-/// where they begin together, the pair belongs to the box of the earlier column.
+/// The pairs of each box of `run` with the boxes of `boxes`, another column, that begin after it along the sweep axis;
+/// if both begin together, the pair belongs to the box of the earlier column.
 fn sweep_columns(run: &[Entry], boxes: &[Entry], later: bool, found: &mut Vec<u64>) {
     let before = |other: &Entry, entry: &Entry| other.min[0] < entry.min[0] || (!later && other.min[0] == entry.min[0]);
     let mut next = boxes.partition_point(|other| before(other, &run[0]));

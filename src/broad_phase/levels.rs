@@ -1,38 +1,40 @@
-//! The grid's layout: boxes are classed by size into levels, each level divides space into columns along one axis.
+//! The grid's layout: boxes are classified by size into levels, and each level divides space into columns along one
+//! axis.
 //!
-//! A box belongs to one column of its level, that of its lowest corner. A level's columns are wider than any box of it
-//! and of finer levels, so a box meets boxes of its own level only in the 3 x 3 columns around its own, and a coarser
+//! A box belongs to the column of its lowest corner in its level. A level's columns are wider than any box of this and
+//! of finer levels, so a box meets boxes of its own level only in the 3 x 3 columns around its own, and a coarser
 //! level's boxes only in at most 3 x 3 columns. The columns of a level are folded onto a torus of at most about as many
-//! columns as the level has boxes: a sparse scene costs no memory, and two columns that share a place only cost tests
-//! that fail.
+//! columns as the level has boxes: a sparse scene costs no memory, and two columns with the same index only cost
+//! additional tests.
 
 use super::{Aabb, each};
 use glam::DVec3;
 
-/// Boxes a work unit of the passes over all boxes takes: long enough (about 0.1 ms) to hide the cost of handing it out.
+/// Boxes per work unit of the passes over all boxes: long enough (about 0.1 ms) to hide the cost of dispatching it.
 pub(super) const SURVEY_CHUNK: usize = 8192;
 
-/// Sizes are classed by their leading bits: exponent and this many bits of the mantissa, two classes an octave.
+/// Sizes are classified by their leading bits: the exponent and this many bits of the mantissa, two classes per octave.
 const MANTISSA_BITS: u32 = 1;
 const CLASSES: usize = 1 << (11 + MANTISSA_BITS);
 
-/// Classes that share a level: sizes up to about 4 : 1, which one shape in all orientations, or one rod before and
-/// after it doubles its length, stays within. For 100,000 boxes of sizes spread over 1000 : 1 a search takes 1.4 times
-/// as long with 3 classes and 0.9 times with 7; for those of similar size the three agree. More classes make columns
-/// wider for small boxes.
+/// Classes that share a level: sizes up to about 4 : 1, enough for one shape in all orientations, or one rod before and
+/// after it doubles its length. For 100,000 boxes of sizes spread over 1000 : 1 a search takes 1.4 times as long with 3
+/// classes and 0.9 times with 7; for those of similar size the three agree. More classes make columns wider for small
+/// boxes.
 const CLASSES_PER_LEVEL: usize = 5;
 
-/// Most levels; the finest takes all that is smaller. Sixteen levels reach down to 4^-16 = 2e-10 of the largest box.
+/// The largest number of levels; the finest has all smaller boxes. Sixteen levels reach down to 4^-16 = 2e-10 of the
+/// largest box.
 const MAX_LEVELS: usize = 16;
 
-/// Columns are wider than the widest box by this factor, so that rounding cannot carry two touching boxes further apart
-/// than neighbouring columns: a cell number is below 2^40 (see [`MAX_CELLS`]), its rounding error below 2^-11.
+/// Columns are wider than the widest box by this factor, so that rounding cannot put two touching boxes farther apart
+/// than neighbouring columns: a cell index is below 2^40 (see [`MAX_CELLS`]), its rounding error below 2^-11.
 const WIDTH_SLACK: f64 = 1.0 + 1.0 / 1024.0;
 
-/// Most columns that the scene's span is divided into along one axis, before folding.
+/// The largest number of columns along one axis, before folding.
 const MAX_CELLS: f64 = (1u64 << 40) as f64;
 
-/// What one pass over the boxes tells.
+/// The result of one pass over the boxes.
 struct Survey {
     low: DVec3,
     high: DVec3,
@@ -49,8 +51,8 @@ pub(super) struct Level {
     pub(super) first: usize,
     origin: [f64; 2],
     width: [f64; 2],
-    /// Columns along each axis, less one: 0, or 3 and more, so that three neighbours in a row are never the same
-    /// column.
+    /// The number of columns along each axis minus one: 0, or at least 3, so that three neighbours in a row are
+    /// distinct columns.
     mask: [i64; 2],
 }
 
@@ -66,12 +68,12 @@ pub(super) struct Layout {
 }
 
 impl Level {
-    /// The number, along column axis `axis`, of the cell that holds `value`. Never decreases with `value`.
+    /// The index, along column axis `axis`, of the cell that contains `value`. Monotone in `value`.
     fn cell(&self, axis: usize, value: f64) -> i64 {
         ((value - self.origin[axis]) / self.width[axis]).floor() as i64
     }
 
-    /// The place of the column of cell `cell`.
+    /// The index of the column of cell `cell`.
     fn column(&self, cell: [i64; 2]) -> usize {
         let across = (cell[0] & self.mask[0]) * (self.mask[1] + 1) + (cell[1] & self.mask[1]);
         self.first + across as usize
@@ -81,7 +83,7 @@ impl Level {
         ((self.mask[0] + 1) * (self.mask[1] + 1)) as usize
     }
 
-    /// Calls `visit` with every column that neighbours column `column` of this level, itself left out, each once.
+    /// Calls `visit` once with every neighbour of column `column` in this level, without the column itself.
     pub(super) fn neighbours(&self, column: usize, mut visit: impl FnMut(usize)) {
         let across = (column - self.first) as i64;
         let cell = [across / (self.mask[1] + 1), across & self.mask[1]];
@@ -99,7 +101,7 @@ impl Level {
     /// `min` and `max` (axes in the layout's order), each once.
     ///
     /// A box that touches it has its lowest corner between `min - extent` and `max`; rounding and [`Level::cell`] are
-    /// monotone, so its cell is in the range whatever the coordinates are.
+    /// monotone, so its cell is in the range for all coordinates.
     pub(super) fn around(&self, min: [f64; 3], max: [f64; 3], mut visit: impl FnMut(usize)) {
         let low = [self.cell(0, min[1] - self.extent[1]), self.cell(1, min[2] - self.extent[2])];
         let high = [self.cell(0, max[1]), self.cell(1, max[2])];
@@ -143,7 +145,7 @@ impl Layout {
         self.levels.partition_point(|level| level.first <= column) - 1
     }
 
-    /// Longest edges of every level and those finer, given those of all boxes.
+    /// The longest edges of every level and all finer ones, from those of all boxes.
     fn extents(&self, boxes: &[Aabb], levels: usize, all: DVec3, parallel: bool) -> Vec<DVec3> {
         if levels <= 1 {
             return vec![all; levels];
@@ -169,7 +171,7 @@ impl Level {
         let extent = axes.map(|axis| extent[axis]);
         let across = [axes[1], axes[2]];
         let width = [0, 1].map(|k| (extent[k + 1] * WIDTH_SLACK).max(span[across[k]] / MAX_CELLS));
-        // Zero over zero (all corners in one plane) becomes zero: one cell. So is anything over an infinite width.
+        // Zero over zero (all corners in one plane) becomes zero, one cell; so does any span over an infinite width.
         let mut folds = [0, 1].map(|k| fold(((span[across[k]] / width[k]) as i64).min(MAX_CELLS as i64)));
         let room = i64::from(count).max(1);
         while folds[0].saturating_mul(folds[1]) > room {
@@ -210,8 +212,8 @@ impl Survey {
     }
 }
 
-/// Shares size classes out to levels, largest first: the level of every class, and how many boxes every level has.
-/// A level begins at the largest size left, so that a few giants do not decide where the others are divided.
+/// Assigns size classes to levels, largest first: the level of every class, and the number of boxes of every level. A
+/// level begins at the largest remaining size, so that a few giants do not determine the division of the others.
 fn group(classes: &[u32]) -> (Vec<u8>, Vec<u32>) {
     let mut level_of_class = vec![0; classes.len()];
     let mut counts: Vec<u32> = Vec::new();
@@ -237,7 +239,7 @@ fn chunk(boxes: &[Aabb], k: usize) -> &[Aabb] {
     &boxes[k * SURVEY_CHUNK..boxes.len().min((k + 1) * SURVEY_CHUNK)]
 }
 
-/// The edges of a proper box, rounded up where they are not zero.
+/// The edges of a proper box, rounded up unless they are zero.
 fn extent(aabb: &Aabb) -> DVec3 {
     let up = |edge: f64| if edge > 0.0 { edge.next_up() } else { 0.0 };
     let edges = aabb.max - aabb.min;

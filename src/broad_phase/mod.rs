@@ -1,8 +1,8 @@
-//! Broad phase: which pairs of bodies could be near, from their boxes alone.
+//! Broad phase: the pairs of bodies that may be near, by their boxes alone.
 //!
-//! [`Grid`] is the search to use, [`BruteForce`] the oracle it is tested against, and [`Candidates`] keeps a list over
-//! several configurations, searching again only when a body has left its stored box. [`Periodic`] makes any of them a
-//! search of periodic space.
+//! [`Grid`] is the standard search, and [`BruteForce`] the oracle for its tests. [`Candidates`] keeps a list over
+//! several configurations, and searches again only when a body has left its stored box. [`Periodic`] extends any search
+//! to periodic space.
 
 mod brute_force;
 mod candidates;
@@ -30,7 +30,7 @@ pub trait BroadPhase {
     fn pairs(&mut self, boxes: &[Aabb], pairs: &mut Vec<[u32; 2]>);
 }
 
-/// Calls `work(k, part k)` for every part, on rayon's threads where `parallel` says so.
+/// Calls `work(k, part k)` for every part, on rayon's threads if `parallel`.
 fn each<T: Send>(parallel: bool, parts: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
     if parallel {
         parts.par_iter_mut().enumerate().for_each(|(k, part)| work(k, part));

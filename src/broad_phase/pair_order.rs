@@ -1,13 +1,12 @@
-//! Puts pairs in ascending order, in time linear in their number: first into buckets by the lower index, then each
-//! bucket, of a size that does not grow with the scene, by itself (about half the time of comparison sorts of the
-//! buckets).
+//! Sorts pairs in ascending order, in time linear in their number: first into buckets by the lower index, then within
+//! each bucket, whose size does not grow with the scene (about half the time of comparison sorts of the buckets).
 
 use super::each;
 
-/// Lower indices that share a bucket: with about ten pairs a body, a bucket stays in a core's cache.
+/// The lower indices of a bucket, as a power of two: with about ten pairs per body, a bucket stays in a core's cache.
 const BUCKET_BITS: u32 = 10;
 
-/// A pair as one number, ordered as the pair is.
+/// A pair as one integer with the same order.
 pub(super) fn pack(one: u32, other: u32) -> u64 {
     (u64::from(one.min(other)) << 32) | u64::from(one.max(other))
 }
@@ -46,7 +45,7 @@ pub(super) fn order(found: &[Vec<u64>], bodies: usize, parallel: bool, pairs: &m
     each(parallel, &mut buckets, |_, bucket| order_bucket(bucket));
 }
 
-/// Counting sort by the lower index, then every body's few partners by themselves.
+/// Counting sort by the lower index, then a sort of every body's few partners.
 fn order_bucket(bucket: &mut [[u32; 2]]) {
     const SIZE: usize = 1 << BUCKET_BITS;
     let mut end = [0usize; SIZE];

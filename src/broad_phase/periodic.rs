@@ -1,5 +1,5 @@
-//! Searches of periodic space: by any search without periods, of boxes moved into one cell and what of them reaches
-//! beyond it once more, and by testing every pair.
+//! Searches of periodic space: by any search without periods over boxes that are wrapped into one cell, with images of
+//! those that reach beyond it; and by testing every pair.
 
 use super::{Aabb, BroadPhase};
 use crate::periodic::Periods;
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 pub struct Periodic<S> {
     search: S,
     periods: Periods,
-    /// The boxes in one cell, then their images beyond it, and whose they are.
+    /// The boxes in one cell, then their images beyond it, and the body of each.
     boxes: Vec<Aabb>,
     body: Vec<u32>,
     found: Vec<[u32; 2]>,

@@ -88,7 +88,7 @@ fn table(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliErro
     Ok(table.rows.iter().map(|row| exit_of(row.status)).fold(Exit::Done, Exit::worse))
 }
 
-/// How a member that is not run counts: an unfinished one is no fault.
+/// The exit status of a member that was not run: an unfinished member is not a fault.
 fn exit_of(status: RowStatus) -> Exit {
     match status {
         RowStatus::OutOfTolerance | RowStatus::Stopped => Exit::OutOfTolerance,
@@ -154,7 +154,7 @@ fn threads(arguments: &Arguments) -> usize {
     arguments.compute.threads.map_or_else(cores, usize::from)
 }
 
-/// The most bodies that a scene says it will have.
+/// The largest number of bodies of a scene, by its settings.
 fn most_bodies(scene: &Scene) -> u64 {
     let placed = scene.generate.iter().map(|rule| rule.count()).sum::<u64>() + scene.bodies.len() as u64;
     placed.max(scene.stop().and_then(|stop| stop.population).unwrap_or(0))

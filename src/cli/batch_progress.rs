@@ -1,5 +1,5 @@
-//! How a batch is coming along, on standard error: a line a member that ends; over it a bar on a terminal, elsewhere a
-//! line now and then.
+//! The progress of a batch on standard error: one line per member that ends, and below it a bar on a terminal,
+//! elsewhere a line every half minute.
 
 use super::interrupt::Interrupt;
 use super::output;
@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time between lines where there is no terminal: a log of a night should stay readable.
+/// Time between lines without a terminal: a log of one night should stay readable.
 const LINE_EVERY: Duration = Duration::from_secs(30);
 /// Time between updates of the bar.
 const BAR_EVERY: Duration = Duration::from_millis(200);
@@ -47,7 +47,7 @@ impl BatchProgress {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn end(&self) {
         if let Some(bar) = self.bar.get() {
             bar.finish_and_clear();
@@ -70,7 +70,7 @@ impl BatchProgress {
 
     fn show(&self) {
         let every = if self.bar.get().is_some() { BAR_EVERY } else { LINE_EVERY };
-        // Another thread that shows it at the moment is enough.
+        // It suffices that another thread is showing it.
         let Ok(mut shown) = self.shown.try_lock() else { return };
         if self.quiet || shown.elapsed() < every {
             return;
@@ -101,7 +101,7 @@ pub(super) fn chain(error: &dyn Error) -> String {
     text
 }
 
-/// A member in a message: its folder's name and what it varies.
+/// A member in a message: the name of its folder and its parameters.
 fn named(member: &Member) -> String {
     let (name, label) = (member.name(), member.label());
     if label.is_empty() { name } else { format!("{name} ({label})") }

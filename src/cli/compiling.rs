@@ -1,5 +1,5 @@
-//! Compiling a device's kernels before the first step, which takes some drivers half a minute: progress on standard
-//! error.
+//! Progress on standard error while a device's kernels are compiled before the first step; some drivers take half a
+//! minute.
 
 use super::output;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,12 +11,12 @@ use std::time::{Duration, Instant};
 
 /// Nothing is shown before this much time has passed.
 const QUIET_FOR: Duration = Duration::from_secs(1);
-/// Time between lines where there is no terminal.
+/// Time between lines without a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 /// Time between updates of the text.
 const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
-/// Makes something that compiles kernels, and shows how many there are so far.
+/// Calls `make`, which compiles kernels, and shows the number of kernels so far.
 pub(super) fn watch<T>(compute: &Compute, quiet: bool, make: impl FnOnce() -> T) -> T {
     let Compute::Gpu { gpu, .. } = compute else { return make() };
     if quiet {
@@ -31,7 +31,7 @@ pub(super) fn watch<T>(compute: &Compute, quiet: bool, make: impl FnOnce() -> T)
     })
 }
 
-/// Shows the number of kernels until the sender is gone.
+/// Shows the number of kernels until the sender is dropped.
 fn show(gpu: &Gpu, ends: &Receiver<()>) {
     let (begun, before, mut shown) = (Instant::now(), gpu.pipelines().len(), Instant::now());
     let mut bar: Option<ProgressBar> = None;

@@ -1,4 +1,4 @@
-//! What computes a run: the CPU or a device, as the arguments say.
+//! Chooses the backend of a run, the CPU or a device, by the arguments.
 
 use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
@@ -9,7 +9,7 @@ use relcp::gpu::{Choice, GpuError, Precision};
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, worth_a_device};
 
-/// Why `--backend mpi` does not compute here.
+/// The error of a command that does not support `--backend mpi`.
 pub(super) fn no_mpi() -> CliError {
     let why = if cfg!(feature = "mpi") {
         "--backend mpi is for `relcp run` alone; the members of a sweep share nothing: start them as jobs with relcp \
@@ -26,14 +26,14 @@ fn by_processes(_: &Arguments) -> Result<Compute, CliError> {
     Err(no_mpi())
 }
 
-/// Settles how many threads there are.
+/// Sets the number of threads.
 pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
     // Processes that share a machine share its cores.
     let default = (arguments.backend == Backend::Mpi).then_some(1);
     set_thread_count(arguments.threads.or(default))
 }
 
-/// Settles how many threads there are; without a number, one a core.
+/// Sets the number of threads; by default one per core.
 pub(super) fn set_thread_count(threads: Option<u16>) -> Result<(), CliError> {
     if let Some(threads) = threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
@@ -42,7 +42,7 @@ pub(super) fn set_thread_count(threads: Option<u16>) -> Result<(), CliError> {
     Ok(())
 }
 
-/// The adapter that the arguments ask for.
+/// The adapter that the arguments request.
 fn choice(arguments: &Arguments) -> Choice {
     Choice { name: arguments.adapter.clone(), software: true, ..Choice::default() }
 }
@@ -72,7 +72,7 @@ pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
     }
     if arguments.adapter.is_some() {
         return Err(CliError::Usage(
-            "--adapter names a device, and this run is computed on the CPU; say --backend gpu".into(),
+            "--adapter names a device, but the CPU computes this run; add --backend gpu".into(),
         ));
     }
     Ok(Compute::Cpu)

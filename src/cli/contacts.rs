@@ -20,7 +20,7 @@ struct Pair {
     b: usize,
     id_a: u64,
     id_b: u64,
-    /// The periods by which b is moved to the image that a meets; in periodic space only.
+    /// The number of periods along each axis from b to its image that is nearest to a; only in periodic space.
     #[serde(skip_serializing_if = "Option::is_none")]
     image: Option<[i64; 3]>,
     separation: f64,
@@ -46,7 +46,7 @@ struct Report {
     walls: Vec<AtWall>,
     max_overlap: f64,
     backend: &'static str,
-    /// The adapter and its driver, where a device computed it.
+    /// The adapter and its driver, if a device computed the contacts.
     adapter: Option<String>,
     precision: &'static str,
 }
@@ -63,8 +63,8 @@ pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at; and the walls
-/// and the scene, of which a state file knows nothing.
+/// The starting bodies of a scene, those of a state file, or those of a run's last state; and the walls and the scene,
+/// which a state file lacks.
 struct State {
     bodies: Bodies,
     walls: Walls,
@@ -73,7 +73,7 @@ struct State {
 
 fn open(path: &Path) -> Result<State, CliError> {
     let of = |mut bodies: Bodies, scene: Option<Scene>| {
-        // A state of an older program does not say it.
+        // A state of an older program lacks this flag.
         bodies.planar |= scene.as_ref().is_some_and(|scene| scene.planar);
         State { bodies, walls: scene.as_ref().map(Scene::walls).unwrap_or_default(), scene }
     };
@@ -90,10 +90,10 @@ fn open(path: &Path) -> Result<State, CliError> {
     Ok(of(scene.build()?, Some(scene)))
 }
 
-/// The scene that a device is opened for where the bodies' own does not matter: contacts take no steps.
+/// The scene for which a device is opened if the bodies have none: contacts need no steps.
 const STAND_IN: &str = "three-capsules";
 
-/// What computes the contacts. A device is refused where it could not take the scene's steps for its shapes or rows.
+/// Chooses the backend for the contacts. A device is refused if it does not support the shapes or rows of the scene.
 fn settle(arguments: &Contacts, scene: Option<&Scene>) -> Result<Compute, CliError> {
     let Contacts { backend, adapter, precision, threads, .. } = arguments.clone();
     if backend == Backend::Mpi {
@@ -119,7 +119,7 @@ fn find(bodies: &Bodies, walls: &Walls, cutoff: f64, compute: &Compute) -> Resul
         report.adapter = Some(format!("{} ({})", gpu.name(), gpu.driver()));
         report.precision = precision.name();
     }
-    // Asked for everything that overlaps even where the cutoff leaves some of it out.
+    // All overlapping pairs are found, even with a negative cutoff.
     let reach = cutoff.max(0.0);
     let deeper = |worst: f64, separation: f64| if -separation > worst { -separation } else { worst };
     for near in compute.wall_contacts(bodies, walls, reach)? {

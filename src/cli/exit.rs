@@ -33,8 +33,8 @@ pub(super) enum Exit {
 }
 
 impl Exit {
-    /// Of two members' ends, the batch's: an interruption first, as it is the user's, then what most needs to be looked
-    /// at.
+    /// The exit status of a batch from those of two members: an interruption first, because the user asked for it, then
+    /// the more serious one.
     pub(super) fn worse(self, other: Exit) -> Exit {
         let rank = |exit: Exit| match exit {
             Exit::Done => 0,
@@ -48,7 +48,7 @@ impl Exit {
         if rank(other) > rank(self) { other } else { self }
     }
 
-    /// Of a member of a batch.
+    /// The exit status of a member of a batch.
     pub(super) fn of_member(ended: &Ended) -> Exit {
         match ended {
             Ended::Before(status) | Ended::Now(status) => (*status).into(),

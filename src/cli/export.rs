@@ -29,7 +29,7 @@ pub(super) fn export(arguments: &Arguments) -> Result<Exit, CliError> {
         ExportFormat::Xyz => (Format::Xyz, "xyz"),
     };
     if arguments.cutoff.is_some() && arguments.format != ExportFormat::Vtk {
-        let usage = format!("--cutoff says what a contact is, and {extension} has no contacts; say --format vtk");
+        let usage = format!("--cutoff selects contacts, but {extension} has no contacts; use --format vtk");
         return Err(CliError::Usage(usage));
     }
     let states = States::open(&arguments.run).map_err(ExportError::from)?;

@@ -1,4 +1,4 @@
-//! What the program's user can do about an error of the library: the options that the library does not know of.
+//! Hints for the program's user about an error of the library: options that the library does not have.
 
 use super::exit::CliError;
 use miette::{Diagnostic, LabeledSpan, SourceCode};

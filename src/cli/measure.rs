@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-/// What `--json` prints: the document, with where its files are.
+/// What `--json` prints: the document with the paths of its files.
 #[derive(Serialize)]
 struct Printed<'a> {
     folder: &'a Path,
@@ -63,7 +63,7 @@ fn place(run: &Path, name: &str) -> PathBuf {
     if run.is_dir() { run.join("measures") } else { PathBuf::from(format!("{name}-measures")) }
 }
 
-/// The numbers of the last state, and where the others are.
+/// Prints the values of the last state, and the paths of the files with all others.
 fn print(measured: &Measured, folder: &Path, files: &[PathBuf]) -> Result<(), CliError> {
     let Some(last) = measured.len().checked_sub(1) else { return Ok(()) };
     let width = measured.columns().map(|column| column.name.len()).max().unwrap_or(0);
@@ -81,7 +81,7 @@ fn print(measured: &Measured, folder: &Path, files: &[PathBuf]) -> Result<(), Cl
     })
 }
 
-/// A value for people; counts with all of their digits.
+/// A value with few digits; a count with all digits.
 fn digits(value: f64) -> String {
     if value == value.trunc() && value.abs() < 1e15 { value.to_string() } else { short(value) }
 }

@@ -1,4 +1,4 @@
-//! What goes to standard output and standard error.
+//! Writing to standard output and standard error.
 
 pub(super) use relcp::internals::program::{message, message_once};
 
@@ -19,12 +19,12 @@ pub(super) fn json<T: Serialize>(value: &T) -> Result<(), CliError> {
     program::json(value).map_err(CliError::Output)
 }
 
-/// A number of things, in words.
+/// A number with its noun, such as `3 bodies`.
 pub(super) fn count(number: usize, one: &str, many: &str) -> String {
     format!("{number} {}", if number == 1 { one } else { many })
 }
 
-/// A number of bytes, in words.
+/// A number of bytes with its unit.
 pub(super) fn size(bytes: u64) -> String {
     match bytes {
         bytes if bytes < 1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
@@ -32,7 +32,7 @@ pub(super) fn size(bytes: u64) -> String {
     }
 }
 
-/// A path as an argument of a command: quoted where a shell would take it apart.
+/// A path as an argument of a command, quoted if a shell would split it.
 pub(super) fn argument(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || "-_./\\:,+@%=".contains(c);
@@ -44,7 +44,7 @@ pub(super) fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| message(&format!("warning: {warning}")));
 }
 
-/// Writes an error to standard error, with its causes, its place and what would be right.
+/// Writes an error to standard error, with its causes, its location and its remedy.
 pub(super) fn report(error: CliError) {
     program::report(Hinted(error));
 }

@@ -1,5 +1,5 @@
-//! Placing a scene's bodies, which may take minutes where a rule places millions: progress on standard error, and an
-//! end within moments of a signal.
+//! Progress on standard error while a scene's bodies are placed, which may take minutes for millions, and a prompt stop
+//! at a signal.
 
 use super::interrupt::Interrupt;
 use super::output;
@@ -9,17 +9,17 @@ use relcp::scene::{Scene, SceneError};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// Placement says nothing before this much time has passed: most scenes are placed in less.
+/// Placement prints nothing before this much time has passed; most scenes need less.
 const QUIET_FOR: Duration = Duration::from_secs(1);
-/// Time between lines where there is no terminal.
+/// Time between lines without a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(5);
-/// Memory of a run, a body. A million ellipsoids that fill 2 % of space have a peak of 1.6 kB each over a step; the
-/// rest is for the constraints of bodies that touch.
+/// Memory of a run per body. A million ellipsoids at a volume fraction of 2 % peak at 1.6 kB each in a step; the rest
+/// is for the constraints of bodies that touch.
 const BYTES_A_BODY: u64 = 3_000;
-/// A run that needs less is not worth a line.
+/// Below this memory, no line is printed.
 const WORTH_A_LINE: u64 = 4_000_000_000;
 
-/// Places the bodies of a scene that is to be run. `FaultKind::Interrupted` where a signal came.
+/// Places the bodies of a scene before its run. `FaultKind::Interrupted` after a signal.
 pub(super) fn place(scene: &Scene, interrupt: &Interrupt, quiet: bool) -> Result<Bodies, SceneError> {
     let of = scene.generate.iter().map(|rule| rule.count()).sum::<u64>() + scene.bodies.len() as u64;
     let bytes = of * BYTES_A_BODY;

@@ -11,7 +11,7 @@ use relcp::simulation::Compute;
 use std::io::{self, Write};
 use std::sync::OnceLock;
 
-/// What runs a scene on rank 0.
+/// The function that runs a scene on rank 0.
 type Lead = fn(&Arguments) -> Result<Exit, CliError>;
 
 /// The processes, once MPI has begun.
@@ -56,7 +56,7 @@ pub(super) fn compute(arguments: &Computing) -> Result<Compute, CliError> {
     }
 }
 
-/// What rank 0 exchanged with the others.
+/// The traffic between rank 0 and the others.
 pub(super) fn traffic(out: &mut dyn Write) -> io::Result<()> {
     let Some(processes) = PROCESSES.get() else { return Ok(()) };
     let Traffic { messages, bytes, gathers, gathered, time } = Traffic::so_far();

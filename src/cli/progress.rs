@@ -1,4 +1,4 @@
-//! How a run is coming along, on standard error: a bar on a terminal, elsewhere a line every few seconds.
+//! The progress of a run on standard error: a bar on a terminal, elsewhere a line every few seconds.
 
 use super::output;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
@@ -9,7 +9,7 @@ use relcp::step::StepReport;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// Time between lines where there is no terminal.
+/// Time between lines without a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 /// Time between updates of the bar's text.
 const TEXT_EVERY: Duration = Duration::from_millis(200);
@@ -77,7 +77,7 @@ impl Progress {
         )
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn end(self) {
         if let Some(bar) = self.bar {
             bar.finish_and_clear();
@@ -92,13 +92,13 @@ fn in_words([least, most]: [f64; 2]) -> String {
     of(seconds).map_or_else(|_| String::new(), |left| format!(", {how} {left} left"))
 }
 
-/// How the number of bodies, and with it the work of a step, grows at most.
+/// The upper bound on the growth of the number of bodies, and so of the work per step.
 struct Growing {
-    /// By the factor `exp(rate)` a step.
+    /// It grows by the factor `exp(rate)` per step.
     rate: f64,
-    /// To this factor.
+    /// Up to this factor.
     most: f64,
-    /// Whether nothing holds the cells up, so that the run ends where that factor is reached.
+    /// Whether nothing slows the cells, so that the run ends when that factor is reached.
     is_free: bool,
 }
 
@@ -112,8 +112,8 @@ impl Growing {
     }
 }
 
-/// What the steps to come will take, judged by those since a half of them or less were taken: a single step that waited
-/// for the disk soon counts for little.
+/// Estimates the cost of the remaining steps from those since at most half of the steps: a single step that waited for
+/// the disk soon counts little.
 #[derive(Default)]
 struct StepCost {
     steps: u64,
@@ -131,7 +131,8 @@ impl StepCost {
         }
     }
 
-    /// Seconds for so many more steps, at least and at most: at today's cost, and at a cost that grows with the bodies.
+    /// Lower and upper bound, in seconds, for `steps` more steps: at the present cost, and at a cost that grows with
+    /// the bodies.
     fn left(&self, steps: u64, growing: &Growing) -> [f64; 2] {
         let (before, seconds) = self.since[0];
         let cost = (self.seconds - seconds) / (self.steps - before).max(1) as f64;
@@ -139,7 +140,7 @@ impl StepCost {
         if rate == 0.0 {
             return [cost * steps; 2];
         }
-        // The sum of `cost exp(rate i)` over the steps, as an integral, and of what follows where growth has ended.
+        // The sum of `cost exp(rate i)` over the steps, as an integral, plus the steps after growth has ended.
         let growth_ends = (growing.most.ln() / rate).min(steps);
         let grown = cost * (rate * growth_ends).exp_m1() / rate;
         if growing.is_free {

@@ -16,7 +16,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What `--json` prints: the document, with where its files are.
+/// What `--json` prints: the document with the paths of its files.
 #[derive(Serialize)]
 struct Document<'a> {
     folder: &'a Path,
@@ -51,7 +51,7 @@ pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// What would keep a movie from being made, before any work.
+/// Refuses a movie that cannot be made, before any work.
 fn check_movie(movie: &Path, encoder: Option<&Encoder>) -> Result<(), CliError> {
     match MovieKind::of(movie) {
         None => return Err(CliError::Usage(format!("--movie: the name must end in {ENDINGS}"))),
@@ -66,14 +66,14 @@ fn check_movie(movie: &Path, encoder: Option<&Encoder>) -> Result<(), CliError> 
     Ok(())
 }
 
-/// Whether a movie would stand where the pictures go, in place of one of them.
+/// Whether the movie would be written into the folder of the pictures, where it could replace one.
 fn is_among_pictures(movie: &Path, folder: &Path) -> bool {
     let pictures = folder.join("frames");
     let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
     whole(durable::folder_of(movie)) == whole(&pictures)
 }
 
-/// The device that casts the rays, where one does.
+/// The device that casts the rays, if any.
 fn rays(arguments: &Arguments) -> Result<Option<Rays>, CliError> {
     match arguments.backend {
         Backend::Mpi => Err(super::compute::no_mpi()),
@@ -82,7 +82,7 @@ fn rays(arguments: &Arguments) -> Result<Option<Rays>, CliError> {
             Ok(Some(Gpu::open(&choice).and_then(|gpu| Rays::new(Arc::new(gpu)))?))
         }
         Backend::Auto | Backend::Cpu if arguments.adapter.is_some() => {
-            let usage = "--adapter names a device, and these pictures are drawn by the CPU; say --backend gpu";
+            let usage = "--adapter names a device, but the CPU draws these pictures; add --backend gpu";
             Err(CliError::Usage(usage.into()))
         }
         Backend::Auto | Backend::Cpu => Ok(None),

@@ -8,12 +8,12 @@ use relcp::scene::StopReason;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes the summary of the run in `folder`, whose page is `page` where it has one.
+/// Writes the summary of the run in `folder`, with its page if it has one.
 pub(super) fn print(out: &mut dyn Write, folder: &Path, page: Option<&Path>, s: &Summary) -> io::Result<()> {
     let (steps, bodies) = (counted(s.steps, "step", "steps"), output::count(s.bodies, "body", "bodies"));
     writeln!(out, "{}: {steps} to time {} with {bodies}", s.name, time(s.time, s.dt))?;
     match s.stopped_by {
-        Some(StopReason::NoBodies) => writeln!(out, "  ended as no body was left")?,
+        Some(StopReason::NoBodies) => writeln!(out, "  ended because no body was left")?,
         Some(reason) => writeln!(out, "  stopped by growth.stop.{}", reason.name())?,
         None => {}
     }
@@ -52,7 +52,7 @@ pub(super) fn print(out: &mut dyn Write, folder: &Path, page: Option<&Path>, s: 
     verdict(out, s)
 }
 
-/// Says what computed it, where that is not the CPU alone.
+/// Writes which backend computed the run, unless it was the CPU alone.
 fn computed_by(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     match &s.adapter {
         _ if s.legs.iter().any(|leg| leg.machine != s.backend) => {
@@ -63,7 +63,7 @@ fn computed_by(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     }
 }
 
-/// Says which steps did not meet their tolerances.
+/// Writes which steps missed their tolerances.
 fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     let allowed = s.overlap_tolerance;
     if s.steps_over_tolerance > 0 {
@@ -102,7 +102,7 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     retried(out, s)
 }
 
-/// Says which steps did not go at once.
+/// Writes which steps were repeated.
 fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     let Retried { in_pieces, most_pieces, by_cpu, squeezed, turned_less, with_waiting_cells, relaxed_solves, .. } =
         s.retried;
@@ -135,7 +135,7 @@ fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     Ok(())
 }
 
-/// Why a run is out of tolerance, where it ended so.
+/// Why a run ended out of tolerance, if it did.
 pub(super) fn out_of_tolerance(s: &Summary) -> Option<String> {
     let (steps, Summary { steps_over_tolerance, steps_passed, steps_unsettled, .. }) = (s.steps, s);
     let why = match s.reason.as_deref().filter(|_| s.message.is_none())? {
@@ -145,12 +145,12 @@ pub(super) fn out_of_tolerance(s: &Summary) -> Option<String> {
             format!("the final state overlaps by {}, {} is allowed", beside(last, allowed), short(allowed))
         }
         "passed" => format!("bodies went through each other in {steps_passed} of {steps} steps"),
-        _ => format!("{steps_unsettled} of {steps} steps have velocities that are off"),
+        _ => format!("{steps_unsettled} of {steps} steps have velocity errors above the tolerance"),
     };
     Some(format!("out of tolerance: {why}"))
 }
 
-/// The last line of a run that misses something: what.
+/// The last line of a run that missed a tolerance: which one.
 fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     let stopped = s.message.as_ref().map(|message| format!("stopped: {message}"));
     stopped.or_else(|| out_of_tolerance(s)).map_or(Ok(()), |why| writeln!(out, "  {why}"))
@@ -162,7 +162,7 @@ fn list(named: impl Iterator<Item = String>, shown: usize, all: u64) -> String {
     format!("{}{more}", named.collect::<Vec<_>>().join(", "))
 }
 
-/// The wall time by phase, and what the solver did.
+/// Writes the wall time by phase and the work of the solver.
 pub(super) fn profile(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     let total = s.wall_seconds.total;
     for (name, seconds) in s.wall_seconds.phases() {
@@ -178,7 +178,7 @@ pub(super) fn profile(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     Ok(())
 }
 
-/// A number of things, in words.
+/// A number with its noun, such as `3 bodies`.
 fn counted(number: u64, one: &str, many: &str) -> String {
     output::count(usize::try_from(number).unwrap_or(usize::MAX), one, many)
 }

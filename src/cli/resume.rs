@@ -14,7 +14,7 @@ pub(super) fn command(folder: &Path) -> String {
     format!("relcp run --resume --out {}", output::argument(folder))
 }
 
-/// Takes up the run in `--out`, or one of those in `runs`: of the scene where one is named, else the newest.
+/// Resumes the run in `--out`, or one in `runs`: that of the scene if one is named, else the newest.
 pub(super) fn resume(arguments: &Arguments) -> Result<Run, CliError> {
     let (folder, scene) = match (&arguments.out, &arguments.scene) {
         (Some(path), source) => {
@@ -35,7 +35,7 @@ pub(super) fn resume(arguments: &Arguments) -> Result<Run, CliError> {
     Ok(compiling::watch(&compute, arguments.print.quiet, resume)?)
 }
 
-/// The newest run in `runs` that is not at its end; with `--until`, also one that is.
+/// The newest unfinished run in `runs`; with `--until`, finished runs count too.
 fn newest(arguments: &Arguments) -> Result<(Folder, Scene), CliError> {
     let runs = EarlierRun::all_in(Path::new(RUNS), None);
     let count = |state| runs.iter().filter(|run| run.state == state).count();
@@ -71,8 +71,8 @@ fn newest(arguments: &Arguments) -> Result<(Folder, Scene), CliError> {
     Ok((folder, scene))
 }
 
-/// The newest run of a scene that is not at its end, or else the newest that is; one with just these settings before
-/// one that was started with others.
+/// The newest unfinished run of a scene, or else the newest finished one. A run with exactly these settings precedes
+/// one with others.
 fn of_scene(arguments: &Arguments, source: &Path) -> Result<(Folder, Scene), CliError> {
     let scene = Scene::load(source, &arguments.sets)?;
     let mut runs = EarlierRun::all_in(Path::new(RUNS), Some(&scene.name));
@@ -88,13 +88,13 @@ fn of_scene(arguments: &Arguments, source: &Path) -> Result<(Folder, Scene), Cli
         return Ok((Folder::open(&run.path)?, scene));
     }
     let folder = Folder::open(&first.path)?;
-    // With a later end the run itself is asked whether only that differs.
+    // With a later end, the run itself checks that nothing else differs.
     if arguments.until.is_some() {
         return Ok((folder, scene));
     }
     let keys = differing_keys(&folder.scene(), &scene);
     let (path, other) = (first.path.display(), source.display());
-    // A built-in scene stays as it is, so that the run's own settings were meant; a file may have been changed since.
+    // A built-in scene never changes, so the user meant the run's own settings; a file may have changed since.
     let is_built_in = source.to_str().is_some_and(|name| BuiltIn::named(name).is_some());
     if is_built_in && arguments.sets.is_empty() {
         say(arguments, &first.path, format!(", with its own settings: it differs from {other} in {}", keys.join(", ")));

@@ -19,10 +19,10 @@ pub(super) const RUNS: &str = "runs";
 
 /// The message of rank 0 at a signal. A launcher also sends one if another process has ended, and then no step will
 /// finish.
-const STOPPING: &str = "stopping after this step. If another process has ended, the step cannot end, and the run goes on \
-                        from its last checkpoint: relcp run --resume with the same --out, by any number of processes";
+const STOPPING: &str = "stopping after this step. If another process has ended, the step cannot finish; continue \
+                        from the last checkpoint: relcp run --resume with the same --out, on any number of processes";
 
-/// What `--json` prints: the summary, and where the run is.
+/// What `--json` prints: the summary and the run's folder.
 #[derive(Serialize)]
 struct Document<'a> {
     folder: &'a Path,
@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     }
 }
 
-/// Runs the scene in this process, which others may follow.
+/// Runs the scene in this process; other ranks may follow it.
 fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_threads(&arguments.compute)?;
     let interrupt = match arguments.compute.backend {
@@ -86,7 +86,7 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     let profile = simulation.device().filter(|_| arguments.profile);
     let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
     let summary = run.finish()?;
-    // A page that cannot be written must not hide how the run ended.
+    // A failure to write the page must not hide how the run ended.
     let page = arguments.view.then(|| view::after(folder.path())).transpose();
     let (page, fault) = page.map_or_else(|fault| (None, Some(fault)), |page| (page, None));
     show(arguments, folder.path(), &summary, profile.as_ref(), page.as_deref())?;
@@ -95,7 +95,7 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
 
 fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> {
     let Some(source) = &arguments.scene else {
-        return Err(CliError::Usage("no scene given; `relcp scenes` lists the built-in ones".into()));
+        return Err(CliError::Usage("no scene given; `relcp scenes` lists the built-in scenes".into()));
     };
     let begun = Instant::now();
     let scene = Scene::load(source, &arguments.sets)?;
@@ -111,7 +111,7 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
     Ok(Run::start(simulation, folder, begun.elapsed())?)
 }
 
-/// What computes; for a profile kernels are compiled when they are made, so that it tells how long that took.
+/// The backend. For a profile, kernels are compiled when they are created, so that the profile shows the compile time.
 pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
     let compute = compute::settle(&arguments.compute, scene)?;
     if !arguments.print.quiet {

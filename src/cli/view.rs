@@ -84,10 +84,10 @@ fn print(file: &Path, viewed: &Viewed) -> Result<(), CliError> {
     })
 }
 
-/// How long a program that shows files may take to say that it cannot; after that it shows the file.
+/// How long to wait for an error from the program that opens files; after that it is assumed to show the file.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Asks the system to show the file. A message says why if it cannot; the page is complete all the same.
+/// Asks the system to open the file. If that fails, a message gives the reason; the page itself is complete.
 fn show(file: &Path) {
     if let Err(why) = ask_to_show(file) {
         output::message(&format!("could not open a browser: {why}; open {} yourself", file.display()));

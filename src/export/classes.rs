@@ -1,8 +1,8 @@
 //! Particle types of a GSD file: the size classes of each kind of shape.
 //!
-//! GSD gives a shape to a *type*, not to a particle. Where a run has few sizes of a kind, each is a type of its own,
-//! and exact. Where it has many, as a colony of growing rods, their range is cut into equal classes, each drawn with
-//! the size in its middle.
+//! GSD assigns a shape to a *type*, not to a particle. If a run has few sizes of a kind, each has its own type, and is
+//! exact. If it has many, as a colony of growing rods, their range is divided into equal classes, each drawn with the
+//! size in its middle.
 
 use crate::shape::{Centreline, Geometry, Shape};
 use serde_json::{Value, json};
@@ -11,31 +11,31 @@ use std::f64::consts::TAU;
 
 /// Kinds of shape, by the tag of [`Shape::code`].
 const KINDS: usize = 4;
-/// The most types of a kind. OVITO 3.17 opens 256 types at once and takes 2 s for 20,000.
+/// The largest number of types of a kind. OVITO 3.17 opens 256 types at once and takes 2 s for 20,000.
 const MOST_TYPES: usize = 256;
-/// The most types of rings, each of which is a mesh of 80 KB.
+/// The largest number of types of rings, each a mesh of 80 KB.
 const MOST_RINGS: usize = 16;
-/// Faces of a ring's mesh along it and around its tube. Its corners lie on the surface, and its faces inside by at most
-/// `(R + r) (1 - cos(pi/96))` and `r (1 - cos(pi/24))`: 0.05 % of the ring's radius, 0.9 % of the tube's.
+/// Faces of a ring's mesh along it and around its tube. Its corners are on the surface, and its faces are inside by at
+/// most `(R + r) (1 - cos(pi/96))` and `r (1 - cos(pi/24))`: 0.05 % of the ring's radius, 0.9 % of the tube's.
 const RING_FACES: [usize; 2] = [96, 24];
 
-/// The least length of a class of rods, in diameters.
+/// The smallest length of a class of rods, in diameters.
 const LEAST_ROD: f64 = 1.0 + 1e-6;
 
-/// A shape's sizes by their bits, which sort as the sizes do: they are positive.
+/// A shape's sizes as bits, which have the order of the sizes because these are positive.
 type Key = [u64; 3];
 
 fn key(sizes: [f64; 3]) -> Key {
     sizes.map(f64::to_bits)
 }
 
-/// The sizes that a run has, of each kind.
+/// The sizes of a run, by kind.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Survey([Sizes; KINDS]);
 
 #[derive(Clone, Debug)]
 struct Sizes {
-    /// The different ones, as long as they are few.
+    /// The distinct sizes, while they are few.
     distinct: BTreeSet<Key>,
     least: [f64; 3],
     most: [f64; 3],
@@ -52,7 +52,7 @@ fn most_types(tag: usize) -> usize {
 }
 
 impl Survey {
-    /// Takes note of a shape.
+    /// Records a shape.
     pub(super) fn add(&mut self, shape: &Shape) {
         let (tag, sizes) = shape.code();
         let of = &mut self.0[tag as usize];
@@ -65,7 +65,7 @@ impl Survey {
         }
     }
 
-    /// The types that hold them all.
+    /// The types for all of them.
     pub(super) fn classes(&self) -> Classes {
         let mut first = 0;
         let kinds = [0, 1, 2, 3].map(|tag| {
@@ -84,13 +84,13 @@ pub(super) struct Classes([Kind; KINDS]);
 /// The types of one kind of shape.
 #[derive(Clone, Debug)]
 struct Kind {
-    /// The number of its first type in the file.
+    /// The index of its first type in the file.
     first: u32,
-    /// What its types are drawn as.
+    /// The shapes of its types.
     shapes: Vec<Shape>,
-    /// The sizes of each type, where they are exact.
+    /// The sizes of each type, if they are exact.
     exact: Option<Vec<Key>>,
-    /// Where they are not: the least sizes, the width of a class and how many there are along each size.
+    /// Otherwise: the smallest size, the width of a class and the number of classes along each size.
     grid: [(f64, f64, usize); 3],
 }
 
@@ -105,7 +105,7 @@ impl Kind {
         }
         let widths = [0, 1, 2].map(|i| sizes.most[i] - sizes.least[i]);
         let varying = widths.iter().filter(|width| **width > 0.0).count().max(1);
-        // The largest number of classes a size whose power is still within the bound.
+        // The largest number of classes per size whose power is within the limit.
         let along = (1..=most).rev().find(|n| n.pow(varying as u32) <= most).unwrap_or(1);
         let grid = [0, 1, 2].map(|i| {
             let count = if widths[i] > 0.0 { along } else { 1 };
@@ -141,7 +141,7 @@ impl Kind {
     }
 }
 
-/// The middle of a class of short and thick rods may be shorter than it is thick; a class must stay one of rods.
+/// The middle of a class of short and thick rods may be shorter than thick; it is lengthened to remain a rod.
 fn lengthened(shape: Shape) -> Shape {
     match shape {
         Shape::Spherocylinder { diameter, length } => {
@@ -158,17 +158,17 @@ impl Classes {
         self.0[tag as usize].of(sizes)
     }
 
-    /// Whether every type is drawn exactly, as far as GSD has its shape.
+    /// Whether every type is exact, as far as GSD supports its shape.
     pub(super) fn exact(&self) -> bool {
         self.0.iter().all(|kind| kind.exact.is_some())
     }
 
-    /// How many types there are.
+    /// The number of types.
     pub(super) fn len(&self) -> usize {
         self.0.iter().map(|kind| kind.shapes.len()).sum()
     }
 
-    /// Names of the types: the shape's, numbered where there are several.
+    /// Names of the types: that of the shape, numbered if there are several.
     pub(super) fn names(&self) -> Vec<String> {
         let names = self.0.iter().flat_map(|kind| {
             let several = kind.shapes.len() > 1;
@@ -181,12 +181,12 @@ impl Classes {
         names.collect()
     }
 
-    /// Shapes of the types, as GSD writes them in JSON.
+    /// Shapes of the types, as JSON for GSD.
     pub(super) fn shapes(&self) -> Vec<String> {
         self.0.iter().flat_map(|kind| &kind.shapes).map(|shape| definition(shape).to_string()).collect()
     }
 
-    /// What its user should know of the types.
+    /// Notes for the user on the types.
     pub(super) fn notes(&self) -> Vec<String> {
         let classed = self.0.iter().filter(|kind| kind.exact.is_none()).filter_map(|kind| {
             let (name, count) = (kind.shapes.first()?.name(), kind.shapes.len());
@@ -198,17 +198,17 @@ impl Classes {
         });
         let [along, around] = RING_FACES;
         let meshed = (!self.0[3].shapes.is_empty()).then(|| {
-            format!("GSD has no ring: tori are meshes of {along} by {around} faces with their corners on the surface")
+            format!("GSD has no tori: they are meshes of {along} by {around} faces with their corners on the surface")
         });
         let unfit = self.0[3].exact.is_none().then(|| "OVITO draws tori by their class, too".to_owned());
         classed.chain(meshed).chain(unfit).collect()
     }
 }
 
-/// A shape as GSD has it: a spherocylinder is a polyhedron of two corners, rounded.
+/// A shape in GSD's terms: a spherocylinder is a rounded polyhedron with two corners.
 fn definition(shape: &Shape) -> Value {
     match shape.geometry() {
-        // A segment of no length has two corners in one place, which readers refuse.
+        // A segment of zero length has two equal corners, which readers refuse.
         Geometry::Centreline { curve: Centreline::Segment { half }, radius } if half > 0.0 => {
             let corners = [[0.0, 0.0, -half], [0.0, 0.0, half]];
             json!({"type": "ConvexPolyhedron", "rounding_radius": radius, "vertices": corners})
@@ -221,12 +221,12 @@ fn definition(shape: &Shape) -> Value {
             json!({"type": "Mesh", "vertices": vertices, "indices": indices})
         }
         Geometry::Ellipsoid { radii } => json!({"type": "Ellipsoid", "a": radii.x, "b": radii.y, "c": radii.z}),
-        // States with custom shapes are refused before.
+        // States with custom shapes were refused earlier.
         Geometry::Convex(shape) => json!({"type": "Sphere", "diameter": 2.0 * shape.bounding_radius()}),
     }
 }
 
-/// Corners and faces of a ring, which face outwards. Corners are in 32 bits, as readers hold them, and short in text.
+/// Corners and faces of a ring, with outward orientation. Corners are 32-bit floats, as in readers, and short as text.
 fn ring(major: f64, minor: f64) -> (Vec<[f32; 3]>, Vec<[usize; 4]>) {
     let [along, around] = RING_FACES;
     let corner = |i: usize, j: usize| {

@@ -6,7 +6,7 @@ use miette::Diagnostic;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why states could not be exported. The files that are complete by then stay.
+/// Why states could not be exported. Files that are already complete remain.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum ExportError {
@@ -18,7 +18,7 @@ pub enum ExportError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
-    /// The folder is not that of a run.
+    /// The folder does not belong to a run.
     #[error("{}: no state to export", path.display())]
     #[diagnostic(help(
         "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
@@ -27,7 +27,7 @@ pub enum ExportError {
         /// The folder.
         path: PathBuf,
     },
-    /// A number that the format cannot hold.
+    /// A number that the format cannot represent.
     #[error("{origin}: body {body}: its {what} of {value:e} {why}")]
     Unfit {
         /// The state.
@@ -38,10 +38,10 @@ pub enum ExportError {
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What is wrong with it.
+        /// The problem.
         why: &'static str,
     },
-    /// A shape that no format has.
+    /// A shape that no format supports.
     #[error("{origin}: body {body} has a custom shape, which files cannot store")]
     Custom {
         /// The state.
@@ -54,7 +54,7 @@ pub enum ExportError {
     Stopped {
         /// States done.
         done: usize,
-        /// States in all.
+        /// All states.
         all: usize,
     },
 }

@@ -2,30 +2,30 @@
 //!
 //! Written from the specification (<https://gsd.readthedocs.io>, "File layer"): a header of 256 bytes, the chunks, the
 //! names separated by zero bytes in a block of a multiple of 64, and 32 bytes of index a chunk, sorted by frame and
-//! name, closed by an empty entry. Everything is little-endian. The header is written last, so that what is not
-//! finished is no GSD file.
+//! name, closed by an empty entry. Everything is little-endian. The header is written last, so that an unfinished file
+//! is not a GSD file.
 
 use std::collections::HashMap;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// What a GSD file starts with.
+/// The first bytes of a GSD file.
 const MAGIC: u64 = 0x65DF_65DF_65DF_65DF;
 /// Bytes of the header.
 const HEADER: usize = 256;
-/// Bytes that a name in the header takes, and the unit in which the list of names is counted.
+/// Bytes of a name in the header, and the unit of the length of the list of names.
 const NAME: usize = 64;
 /// Bytes of an index entry.
 const ENTRY: usize = 32;
 /// Version of the file layer, as `major << 16 | minor`.
 const VERSION: u32 = 2 << 16 | 1;
-/// Bytes that are gathered before they go to the file.
+/// Bytes that are buffered before they are written.
 const BLOCK: usize = 1 << 16;
 
-/// A number that a chunk can be made of.
+/// The number type of a chunk.
 pub(super) trait Element: Copy {
     /// Its code in the index.
     const CODE: u8;
-    /// Adds its bytes.
+    /// Appends its bytes.
     fn put(self, bytes: &mut Vec<u8>);
 }
 
@@ -51,7 +51,7 @@ struct Entry {
     code: u8,
 }
 
-/// A GSD file that is being written.
+/// A GSD file during writing.
 pub(super) struct GsdFile<W: Write + Seek> {
     out: W,
     at: u64,
@@ -114,7 +114,7 @@ impl<W: Write + Seek> GsdFile<W> {
         self.frame += 1;
     }
 
-    /// Writes names, index and header, and says how long the file is.
+    /// Writes names, index and header, and returns the length of the file.
     pub(super) fn finish(mut self, application: &str, schema: &str, schema_version: [u16; 2]) -> io::Result<u64> {
         let names_at = self.at;
         let mut names: Vec<u8> = self.names.iter().flat_map(|name| name.bytes().chain([0])).collect();
@@ -147,12 +147,12 @@ impl Entry {
         [self.frame, self.rows, self.location].into_iter().for_each(|number| number.put(bytes));
         self.columns.put(bytes);
         bytes.extend_from_slice(&self.name.to_le_bytes());
-        // The last byte is the entry's flags, of which there are none.
+        // The last byte holds the entry's flags, none.
         bytes.extend_from_slice(&[self.code, 0]);
     }
 }
 
-/// A name as a field of the header, which a zero ends.
+/// A name as a field of the header, terminated by a zero.
 fn field(name: &str) -> [u8; NAME] {
     let mut field = [0; NAME];
     let bytes = name.as_bytes();
@@ -177,7 +177,7 @@ mod tests {
         file.chunk("a", 2, [1.0_f32, 2.0, 3.0, 4.0]).unwrap();
         file.chunk("b", 1, [7_u64]).unwrap();
         file.end_frame();
-        // In the other order: the index is sorted by name's number all the same.
+        // In the opposite order: the index is still sorted by the name's index.
         file.chunk("b", 1, [8_u64]).unwrap();
         file.chunk::<f32>("a", 2, []).unwrap();
         file.end_frame();

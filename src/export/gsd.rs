@@ -1,7 +1,8 @@
-//! GSD, the format of HOOMD-blue, which OVITO and the Python package `gsd` read: schema `hoomd` 1.4, one frame a state.
+//! GSD, the format of HOOMD-blue, which OVITO and the Python package `gsd` read: schema `hoomd` 1.4, one frame per
+//! state.
 //!
-//! Positions, orientations and velocities are 32-bit floats, as the schema has them. Shapes belong to types, which
-//! stand in the first frame, for all. What the schema has no place for is in `log/`:
+//! Positions, orientations and velocities are 32-bit floats, as in the schema. Shapes belong to types, which the first
+//! frame defines for all frames. Data that the schema lacks is in `log/`:
 //!
 //! | chunk | rows | what |
 //! | --- | --- | --- |
@@ -9,14 +10,14 @@
 //! | `log/particles/id`, `parent` | N, i64 | lineage; parent -1: none |
 //! | `log/particles/birth`, `generation` | N | |
 //! | `log/particles/group` | N, i32 | the scene's group; -1: none |
-//! | `log/particles/size` | N x 3, f64 | a shape's exact sizes, as a scene gives them |
+//! | `log/particles/size` | N x 3, f64 | a shape's exact sizes, in the order of a scene |
 //! | `log/particles/angular_velocity` | N x 3 | |
-//! | `log/particles/Aspherical Shape` | N x 3, f32 | what OVITO draws instead of the types' shapes, where those are classes |
+//! | `log/particles/Aspherical Shape` | N x 3, f32 | the shapes that OVITO draws instead of the types' shapes, if these are classes |
 //!
-//! The box is centred on the origin, as the schema wants it. Along a period it is as long as that; positions are
-//! wrapped into it, of a sheared cell into the tilted box, and `particles/image` (N x 3, i32) says by how many periods
-//! a body is away. Along other axes it holds every body of every state, and means nothing else (the schema's boxes are
-//! periodic along all three).
+//! The box is centred on the origin, as the schema requires. Along a periodic axis its side is the period; positions
+//! are wrapped into it, in a sheared cell into the tilted box, and `particles/image` (N x 3, i32) has the number of
+//! periods to add. Along other axes it contains every body of every state, and has no other meaning (the schema's boxes
+//! are periodic along all three axes).
 
 use super::Exported;
 use super::classes::{Classes, Survey};
@@ -30,14 +31,14 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
-/// The name that the file gives of its writer.
+/// The name of the writing program in the file.
 const APPLICATION: &str = concat!("relcp ", env!("CARGO_PKG_VERSION"));
-/// How much larger than the bodies' extent the box is, so that none touches it after rounding to 32 bits.
+/// The ratio of the box to the bodies' extent, so that no body touches the box after rounding to 32 bits.
 pub(super) const BOX_MARGIN: f64 = 1.01;
-/// Bytes that are gathered before they go to the file.
+/// Bytes that are buffered before they are written.
 const BUFFER: usize = 1 << 20;
 
-/// What all frames have in common.
+/// The data that all frames share.
 struct Common {
     classes: Classes,
     /// Half the box.
@@ -46,9 +47,9 @@ struct Common {
     planar: bool,
 }
 
-/// Writes the states as the GSD file `path`, whole or not at all.
+/// Writes the states as the GSD file `path`, atomically.
 ///
-/// All states are read twice: types and box are the same in every frame. See [the module](self) for what is where.
+/// All states are read twice, because types and box are the same in every frame. See [the module](self) for the layout.
 ///
 /// ```
 /// use relcp::export::gsd;
@@ -81,7 +82,7 @@ pub fn gsd(states: &States, path: &Path, watch: Watch) -> Result<Exported, Expor
     Ok(Exported { files: vec![path.into()], states: states.len(), bodies: common.bodies, bytes, notes })
 }
 
-/// Tells how many readings are done, of two a state; stopped, how many states are written.
+/// Reports the number of finished reads, two per state; if stopped, the number of written states.
 fn watched(watch: Watch, read: usize, done: usize, all: usize) -> Result<(), ExportError> {
     if watch(read, 2 * all) { Ok(()) } else { Err(ExportError::Stopped { done, all }) }
 }
@@ -106,7 +107,7 @@ fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
     Ok(Common { classes: sizes.classes(), half, bodies: most, planar: states.planar()? })
 }
 
-/// Says what of a body is not a number in 32 bits, or is a length that is nothing there.
+/// Checks that all numbers of a body fit into 32 bits, and that its lengths do not round to zero.
 fn fits(state: &Snapshot, k: usize) -> Result<(), (&'static str, f64)> {
     let bodies = &state.bodies;
     let refuse = |what, value: f64| {
@@ -142,14 +143,14 @@ fn frame<W: io::Write + io::Seek>(
     let classes = &common.classes;
     let length = bodies.periods.length();
     let sides = DVec3::select(length.cmpgt(DVec3::ZERO), length, common.half * 2.0 * BOX_MARGIN);
-    // A planar box has no height: HOOMD's sign of two dimensions.
+    // A planar box has zero height, which marks two dimensions in HOOMD.
     let sides = if common.planar { sides.with_z(0.0) } else { sides };
     let box_sides = sides.to_array().map(|x| x as f32);
     file.chunk("configuration/step", 1, [*step])?;
     if common.planar {
         file.chunk("configuration/dimensions", 1, [2_u8])?;
     }
-    // The schema has the offsets over the side that they lean along.
+    // The schema has the offsets divided by the side along the gradient.
     let [_, y, z] = sides.to_array();
     let leaning =
         |[xy, xz, yz]: [f64; 3]| [xy / y, if xz == 0.0 { 0.0 } else { xz / z }, if yz == 0.0 { 0.0 } else { yz / z }];
@@ -175,7 +176,7 @@ fn frame<W: io::Write + io::Seek>(
         file.chunk("particles/velocity", 3, vectors(&bodies.velocity))?;
         log(file, state)?;
         if !classes.exact() {
-            // By this name OVITO takes it as its own property. It must be of 32 bits there.
+            // OVITO recognizes this name as its own property. It must have 32 bits.
             let sizes = bodies.shape.iter().flat_map(|shape| aspherical(shape).map(|x| x as f32));
             file.chunk("log/particles/Aspherical Shape", 3, sizes)?;
         }
@@ -198,8 +199,8 @@ fn log<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot) -> io::
     file.chunk("log/particles/angular_velocity", 3, turns)
 }
 
-/// The three numbers by which OVITO draws a body of its own size: semi-axes, or a spherocylinder's radius, nothing and
-/// the length of its cylinder. A mesh has none.
+/// The three numbers with which OVITO draws a body with its own size: semi-axes, or for a spherocylinder the radius,
+/// zero and the length of its cylinder. A mesh has none.
 pub(super) fn aspherical(shape: &Shape) -> [f64; 3] {
     match shape.geometry() {
         Geometry::Centreline { curve: Centreline::Point, radius } => [radius; 3],
@@ -209,7 +210,7 @@ pub(super) fn aspherical(shape: &Shape) -> [f64; 3] {
     }
 }
 
-/// A chunk of texts, one a row, each ended by zeros to the same length.
+/// A chunk of strings, one per row, each padded with zeros to the same length.
 fn table<W: io::Write + io::Seek>(file: &mut GsdFile<W>, name: &'static str, texts: &[String]) -> io::Result<()> {
     let width = texts.iter().map(String::len).max().unwrap_or(0) + 1;
     let padded = texts.iter().flat_map(|text| {

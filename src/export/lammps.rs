@@ -1,6 +1,6 @@
-//! LAMMPS' text dump: what its `read_dump`, OVITO, ASE and many scripts read.
+//! LAMMPS' text dump, for its `read_dump`, OVITO, ASE and many scripts.
 //!
-//! A frame a state, with its time, and a line a body:
+//! One frame per state, with its time, and one line per body:
 //!
 //! | columns | what |
 //! | --- | --- |
@@ -9,7 +9,7 @@
 //! | `x y z ix iy iz` | the centre, in the box, and the periods to add to it |
 //! | `vx vy vz omegax omegay omegaz` | velocities |
 //! | `quatw quati quatj quatk` | the rotation from the body's axes |
-//! | `shapex shapey shapez` | the full extents along the body's axes, as LAMMPS has them for ellipsoids |
+//! | `shapex shapey shapez` | the full extents along the body's axes, as for LAMMPS' ellipsoids |
 //! | `d_size1 d_size2 d_size3` | the shape's sizes in the order of a scene |
 //! | `i_parent d_birth i_generation i_group` | lineage and group; a parent is counted from 1 and 0 is none, a group -1 |
 //!
@@ -29,10 +29,10 @@ use std::path::Path;
 const COLUMNS: &str = "id type x y z ix iy iz vx vy vz omegax omegay omegaz quatw quati quatj quatk shapex shapey shapez \
                        d_size1 d_size2 d_size3 i_parent d_birth i_generation i_group";
 
-/// Half the height of a planar box, which LAMMPS wants to have one.
+/// Half the height of a planar box; LAMMPS requires a height.
 const HALF_HEIGHT: f64 = 0.5;
 
-/// Writes the states as the LAMMPS dump `path`, whole or not at all: see [the module](self).
+/// Writes the states as the LAMMPS dump `path`, atomically: see [the module](self).
 ///
 /// # Errors
 /// A state that cannot be read; a number that is not finite; a file that cannot be written.
@@ -71,7 +71,7 @@ fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()>
     (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
 }
 
-/// Of a triclinic box, whose edges are centred on the origin, the sides of what holds it, as the format wants them.
+/// The sides of the bounding box of a triclinic box with edges centred on the origin, as the format requires.
 fn bounds_of(half: f64, [xy, xz, yz]: [f64; 3], axis: usize) -> [f64; 2] {
     let leanings: [f64; 2] = [[xy, xz], [yz, 0.0], [0.0; 2]][axis];
     let [least, most] = [f64::min, f64::max].map(|of| leanings.into_iter().map(|x| of(x, 0.0)).sum::<f64>());

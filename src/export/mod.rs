@@ -1,9 +1,9 @@
 //! The states of a run in formats that other programs read: GSD for OVITO and HOOMD's tools, VTK's for ParaView,
 //! LAMMPS' text dump and extended XYZ for OVITO, ASE and scripts.
 //!
-//! [`States`] finds the states, [`gsd()`], [`vtk()`], [`lammps()`] and [`xyz()`] write them. Each file is there whole
-//! or not at all. Shapes are exact wherever the format has them: see the modules of these names for what is where, and
-//! how rods and rings are expressed.
+//! [`States`] finds the states, [`gsd()`], [`vtk()`], [`lammps()`] and [`xyz()`] write them. Each file is written
+//! atomically. Shapes are exact wherever the format supports them: see the modules of these names for the layout, and
+//! for the form of rods and rings.
 //!
 //! ```
 //! use relcp::export::{Format, export};
@@ -53,26 +53,25 @@ pub enum Format {
     },
 }
 
-/// What was written.
+/// The result of an export.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Exported {
     /// The files, the one to open first.
     pub files: Vec<PathBuf>,
     /// States written.
     pub states: usize,
-    /// The most bodies of a state.
+    /// The largest number of bodies in a state.
     pub bodies: usize,
-    /// Bytes in all.
+    /// The total number of bytes.
     pub bytes: u64,
-    /// What one should know of it.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// Writes states in a format into a folder, which is made where it is not there. What an earlier export left there is
-/// replaced.
+/// Writes states in a format into a folder, which is created if necessary. Files of an earlier export are replaced.
 ///
 /// # Errors
-/// Those of [`fn@gsd`], [`fn@vtk`], [`fn@lammps`] and [`fn@xyz`]; a folder that cannot be made.
+/// Those of [`fn@gsd`], [`fn@vtk`], [`fn@lammps`] and [`fn@xyz`]; a folder that cannot be created.
 pub fn export(states: &States, format: Format, folder: &Path, watch: Watch) -> Result<Exported, ExportError> {
     fs::create_dir_all(folder).map_err(RecordError::io(folder, "create the folder"))?;
     match format {

@@ -1,4 +1,4 @@
-//! What the text formats share: all states in one file, with a box that is the same in every frame.
+//! Shared by the text formats: all states in one file, with the same box in every frame.
 
 use super::gsd::BOX_MARGIN;
 use super::vtk::finite;
@@ -12,18 +12,18 @@ use std::path::Path;
 /// The box of all frames, centred at the origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Space {
-    /// Its sides: the periods, and along the other axes what holds all bodies of all states.
+    /// Its sides: the periods, and along the other axes the extent of all bodies of all states.
     pub sides: DVec3,
-    /// The offsets xy, xz and yz of its edges, where the cell is sheared: then they are centred on the origin, and not
-    /// its sides.
+    /// The offsets xy, xz and yz of its edges, if the cell is sheared: then the edges are centred on the origin instead
+    /// of the sides.
     pub tilts: Option<[f64; 3]>,
     /// Which axes are periodic.
     pub periodic: [bool; 3],
-    /// Whether it is that of a planar run.
+    /// Whether the run is planar.
     pub planar: bool,
 }
 
-/// Writes all states, which are read twice, as one text file, whole or not at all. `frame` writes one of them.
+/// Writes all states, which are read twice, as one text file, atomically. `frame` writes one state.
 pub(super) fn write_frames(
     states: &States,
     path: &Path,

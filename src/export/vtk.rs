@@ -1,4 +1,4 @@
-//! ParaView: three collections (`.pvd`, with the physical times) of VTK's `.vtp` files, three a state, in 64-bit
+//! ParaView: three collections (`.pvd`, with the physical times) of VTK's `.vtp` files, three per state, in 64-bit
 //! floats.
 //!
 //! | collection | points | data |
@@ -8,10 +8,10 @@
 //! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force; not a number where it is not known: only a checkpoint and states recorded with `output.forces` know) |
 //!
 //! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of
-//! periods by which each is away; a contact stands at `a` and at the image of `b` that it meets.
+//! periods to add; a contact refers to `a` and to the image of `b` that it touches.
 //!
-//! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact but for the facets
-//! of what ParaView draws: the corners lie on the true surface. [`SCRIPT`], written beside them, sets that up.
+//! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact up to ParaView's
+//! facets: the corners are on the true surface. [`SCRIPT`], which is written beside them, sets this up.
 
 use super::Exported;
 use super::error::ExportError;
@@ -26,23 +26,23 @@ use std::path::{Path, PathBuf};
 
 /// A ParaView script that shows an export: `paraview --script=show.py`, or `pvpython show.py --picture PNG`.
 pub const SCRIPT: &str = include_str!("../../assets/paraview.py");
-/// What stands in [`SCRIPT`] where the export's folder is put.
+/// The text in [`SCRIPT`] that the export's folder replaces.
 const FOLDER_MARK: &str = "FOLDER = None";
 /// The script's name.
 const SCRIPT_NAME: &str = "show.py";
-/// The folder of the files of the states.
+/// The folder of the states' files.
 const STATES: &str = "states";
 /// The collections.
 const COLLECTIONS: [&str; 3] = ["bodies", "axes", "contacts"];
 
-/// Segments of a ring's axis. Its corners lie on the circle, the middles of its segments `R (1 - cos(pi/64))` inside:
-/// 0.12 %.
+/// Segments of a ring's axis. Its corners are on the circle, the middles of its segments are inside by `R (1 -
+/// cos(pi/64))`: 0.12 %.
 const RING_SEGMENTS: usize = 64;
 
-/// Writes the states as collections for ParaView into `folder`: see [the module](self). Each file is there whole or not
-/// at all; the collections are written last, so that they name no file that is not there.
+/// Writes the states as collections for ParaView into `folder`: see [the module](self). Each file is written
+/// atomically; the collections are written last, so that they name only existing files.
 ///
-/// `cutoff` decides what is a contact: see [`contacts`].
+/// `cutoff` selects contacts: see [`contacts`].
 ///
 /// # Errors
 /// A state that cannot be read; a number that is not finite; a file that cannot be written.
@@ -150,7 +150,7 @@ fn bodies(state: &Snapshot) -> PolyData {
     }
 }
 
-/// By what a sphere of unit diameter is scaled to be the body.
+/// The scale of a sphere of unit diameter that gives the body.
 fn glyph(shape: &Shape) -> [f64; 3] {
     match shape.geometry() {
         Geometry::Centreline { curve: Centreline::Point, radius } => [2.0 * radius; 3],
@@ -160,7 +160,7 @@ fn glyph(shape: &Shape) -> [f64; 3] {
     }
 }
 
-/// The axes of rods and rings, and what stands at each of their points.
+/// The axes of rods and rings, with the data of their points.
 #[derive(Default)]
 struct Axes {
     points: Vec<DVec3>,
@@ -183,7 +183,7 @@ impl Axes {
         self.body.resize(here.end, body as u32);
         self.radius.resize(here.end, radius);
         self.cap.resize(here.end, cap);
-        // A rod of no length is a point: a line of none has no direction for a tube.
+        // A rod of zero length is a point: a line of zero length has no direction for a tube.
         if count == 1 {
             self.vertices.push(here);
             self.bodies[0].push(body as u32);
@@ -211,8 +211,8 @@ fn axes(state: &Snapshot) -> PolyData {
                     let (sin, cos) = (TAU * f64::from(k) / RING_SEGMENTS as f64).sin_cos();
                     at + turn * DVec3::new(ring * cos, ring * sin, 0.0)
                 };
-                // A segment too many at each end: a tube is cut at right angles to its first and last, which then lie
-                // inside it.
+                // One additional segment at each end: a tube is cut at right angles to its first and last segment,
+                // which are then inside it.
                 axes.add(i, (-1..=RING_SEGMENTS as i32 + 1).map(point), radius, 0.0);
             }
             Geometry::Centreline { curve: Centreline::Point, .. }
@@ -269,10 +269,10 @@ fn collection(name: &str, listed: &[(u64, f64)]) -> String {
     )
 }
 
-/// The script, which knows where it was written, for a ParaView that does not tell it.
+/// The script with its folder, for versions of ParaView that do not provide it.
 fn script(folder: &Path) -> String {
     let folder: PathBuf = folder.canonicalize().unwrap_or_else(|_| folder.into());
-    // A JSON text is a Python text too.
+    // A JSON string is also a Python string.
     let text = serde_json::Value::from(folder.to_string_lossy()).to_string();
     SCRIPT.replacen(FOLDER_MARK, &format!("FOLDER = {text}"), 1)
 }

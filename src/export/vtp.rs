@@ -1,7 +1,7 @@
 //! VTK's XML file of points, lines and data on them (`.vtp`), raw data appended.
 //!
 //! Written from the file formats' description (<https://docs.vtk.org>, "VTK XML formats"): each array is a count of
-//! bytes (64 bits), then its little-endian numbers, at an offset from the underscore that the appended data start with.
+//! bytes (64 bits), then its little-endian numbers, at an offset from the underscore that starts the appended data.
 
 use std::fmt::Write;
 
@@ -15,7 +15,7 @@ pub(super) enum Numbers {
     U8(Vec<u8>),
 }
 
-/// A named array of `columns` numbers a row.
+/// A named array of `columns` numbers per row.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Array {
     pub(super) name: &'static str,
@@ -34,7 +34,7 @@ impl Array {
     }
 }
 
-/// Cells: which points each has, one after another.
+/// Cells: the points of each, consecutively.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Cells {
     points: Vec<i64>,
@@ -42,7 +42,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// One cell for each of so many points.
+    /// One cell per point.
     pub(super) fn each(points: usize) -> Self {
         Cells { points: (0..points as i64).collect(), ends: (1..=points as i64).collect() }
     }
@@ -57,13 +57,13 @@ impl Cells {
 /// The contents of a `.vtp` file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct PolyData {
-    /// Three coordinates a point.
+    /// Three coordinates per point.
     pub(super) points: Vec<f64>,
     pub(super) vertices: Cells,
     pub(super) lines: Cells,
-    /// A row a point.
+    /// One row per point.
     pub(super) point_data: Vec<Array>,
-    /// A row a cell, those of `vertices` first.
+    /// One row per cell, those of `vertices` first.
     pub(super) cell_data: Vec<Array>,
     /// The time.
     pub(super) time: f64,
@@ -121,14 +121,14 @@ impl File {
         let rows = rows.map_or(String::new(), |rows| format!(" NumberOfTuples=\"{rows}\""));
         let offset = self.data.len();
         let kind = self.numbers(&array.numbers);
-        // Writing to a text does not fail.
+        // Writing to a string does not fail.
         let _ = writeln!(
             self.text,
             "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{columns}\"{rows} format=\"appended\" offset=\"{offset}\"/>"
         );
     }
 
-    /// Adds an array's data, and says what type it is.
+    /// Adds an array's data, and returns its type.
     fn numbers(&mut self, numbers: &Numbers) -> &'static str {
         match numbers {
             Numbers::F64(v) => self.data("Float64", v, |x| x.to_le_bytes()),

@@ -1,14 +1,14 @@
-//! Extended XYZ: what OVITO and ASE read, and easy to read by a script.
+//! Extended XYZ, for OVITO, ASE and scripts.
 //!
-//! A frame a state: the number of bodies, a line of `key=value` with the box, its periodic axes, the time and the names
-//! of the columns, then a line a body:
+//! One frame per state: the number of bodies, a line of `key=value` with the box, its periodic axes, the time and the
+//! names of the columns, then one line per body:
 //!
 //! | column | what |
 //! | --- | --- |
-//! | `species` | `X`, as ASE has no other name for what is no atom |
-//! | `pos`, `velo` | the centre, in the box where space is periodic, and its velocity |
+//! | `species` | `X`, because ASE has no other name for a particle that is not an atom |
+//! | `pos`, `velo` | the centre, in the box along periodic axes, and its velocity |
 //! | `orientation` | the rotation from the body's axes, `x y z w` |
-//! | `aspherical_shape` | what OVITO draws: semi-axes; of a rod its radius, 0 and the length of its cylinder; of a ring zeros |
+//! | `aspherical_shape` | the shape that OVITO draws: semi-axes; for a rod its radius, 0 and the length of its cylinder; for a ring zeros |
 //! | `shape`, `size` | the shape's name and its sizes in the order of a scene |
 //! | `omega` | the angular velocity |
 //! | `id`, `parent`, `birth`, `generation`, `group` | lineage and group; -1 is none |
@@ -28,7 +28,7 @@ use std::path::Path;
 const COLUMNS: &str = "species:S:1:pos:R:3:velo:R:3:orientation:R:4:aspherical_shape:R:3:shape:S:1:size:R:3:omega:R:3:\
                        id:I:1:parent:I:1:birth:R:1:generation:I:1:group:I:1";
 
-/// Writes the states as the extended XYZ file `path`, whole or not at all: see [the module](self).
+/// Writes the states as the extended XYZ file `path`, atomically: see [the module](self).
 ///
 /// # Errors
 /// A state that cannot be read; a number that is not finite; a file that cannot be written.

@@ -1,4 +1,4 @@
-//! A program that was built without the feature `gpu` has no device.
+//! The device of a program that was built without the feature `gpu`: there is none.
 
 use super::{AdapterReport, Choice, GpuError, PipelineReport, Precision, StageUse};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Which adapters there are, and which one is taken.
+//! The list of adapters and the choice of one.
 
 use super::choice::SOFTWARE;
 use super::{AdapterReport, Choice, GpuError};

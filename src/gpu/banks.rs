@@ -1,11 +1,11 @@
-//! Arrays larger than one binding: the buffer stays whole and is bound in banks of equal size, and functions made from
-//! the array's layout find an element's bank.
+//! Arrays larger than one binding. The buffer stays whole and is bound in banks of equal size; functions that are
+//! generated from the array's layout find the bank of an element.
 //!
-//! WebGPU promises bindings of 128 MiB only, while buffers may be larger. No kernel is written for banks: in the parsed
-//! kernel, a load of `jacobian[i]` becomes a call of a function that reads the bank of `i`, and a store a call of one
-//! that writes it. There is one function for each array and each path to a part of an element (`contacts[i].w`). naga
-//! validates the result. An atomic, a pointer passed to a function and `arrayLength` have no such function: a kernel
-//! that needs one of them for an array in banks is refused.
+//! WebGPU guarantees bindings of 128 MiB only, while buffers may be larger. No kernel is written for banks. In the
+//! parsed kernel, a load of `jacobian[i]` becomes a call of a function that reads the bank of `i`, and a store becomes
+//! a call of a function that writes it. There is one function for each array and each path to a part of an element
+//! (`contacts[i].w`). naga validates the result. An atomic, a pointer passed to a function and `arrayLength` have no
+//! such function: a kernel that needs one of them for a banked array is rejected.
 
 mod accessor;
 

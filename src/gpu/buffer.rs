@@ -1,4 +1,4 @@
-//! A buffer on the device that grows when it must.
+//! A buffer on the device that grows as needed.
 
 use super::device::{Shared, lock};
 use super::ensemble::{Membership, Work};

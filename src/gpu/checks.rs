@@ -1,5 +1,5 @@
-//! Checks of assembled kernels, for tests: they are valid on every adapter, and no `switch` on a group of constants
-//! ([`Source::constants`]) forgets one of them, or takes a number that is none of them for one that is.
+//! Checks of assembled kernels, for tests: the kernels are valid on every adapter; every `switch` on a group of
+//! constants ([`Source::constants`]) handles all of them, and treats no other number as one of them.
 
 use super::{Source, kernel};
 

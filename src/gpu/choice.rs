@@ -1,4 +1,4 @@
-//! Which adapter is wanted, and what is known of each.
+//! The requested adapter and the properties of each adapter.
 
 /// Which adapter is wanted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! An open device: its queue, what it allocated and did, and the first fault that it reported.
+//! An open device: its queue, its allocations, its profile, and the first fault that it reported.
 
 use super::ensemble::Membership;
 use super::kernel_cache::KernelCache;

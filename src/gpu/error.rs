@@ -1,4 +1,4 @@
-//! What can go wrong with a device, and what to do then.
+//! The errors of a device and their remedies.
 
 /// A fault of an adapter or a device.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! A compute pipeline. Its bindings are those of the validated source.
+//! A compute pipeline. Its bindings come from the validated source.
 //!
 //! Binding 0 may be a uniform: the parameters of one dispatch. All other bindings are storage buffers, bound by the
 //! names of their variables.

@@ -1,6 +1,6 @@
-//! Coordinates as the device holds them: a lattice cell, which is an integer, and a remainder of at most half a pitch.
+//! Coordinates in the device's format: a lattice cell, which is an integer, and a remainder of at most half a pitch.
 //!
-//! A 32-bit float loses the small differences that contacts are made of far from the origin, and small steps
+//! Far from the origin, a 32-bit float loses the small differences that determine contacts, and it loses small steps
 //! everywhere. Integers lose neither. The pitch is a power of two, so that splitting, joining and carrying are exact
 //! (`shaders/common/lattice.wgsl`).
 

@@ -1,10 +1,10 @@
 //! The GPU runtime: adapters, devices, kernels assembled from WGSL, buffers, recorded work and read-backs.
 //!
-//! It knows nothing of bodies, rows or solvers. Kernels are written in `shaders/` over the number type `real`, which is
-//! `f32` or, where the adapter has it, `f64` ([`Precision`]). Nothing here waits for ever, and every fault of a device
-//! is a [`GpuError`].
+//! It does not depend on bodies, rows or solvers. The kernels in `shaders/` use the number type `real`, which is `f32`
+//! or, where the adapter supports it, `f64` ([`Precision`]). Every wait has a limit, and every fault of a device is a
+//! [`GpuError`].
 //!
-//! Without the feature `gpu` there is no device: [`Gpu`] has no value, and opening one says so.
+//! Without the feature `gpu` there is no device: [`Gpu`] has no value, and opening one returns an error that says so.
 
 #[cfg(not(feature = "gpu"))]
 mod absent;

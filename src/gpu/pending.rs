@@ -1,6 +1,6 @@
-//! Work that is recorded and not handed to the device yet. Handing over takes some 20 to 50 us on a hardware adapter
-//! and wakes a thread of a software one, so what several recorders made goes together: when the host waits, when it
-//! writes a buffer, and when there is much of it.
+//! Work that is recorded and not submitted yet. A submission takes some 20 to 50 us on a hardware adapter and wakes a
+//! thread of a software one, so the work of several recorders is submitted together: when the host waits, when it
+//! writes a buffer, and when much work is pending.
 
 use super::device::lock;
 use super::timing::Set;

@@ -1,14 +1,14 @@
-//! Periods of space on the lattice of coordinates: as exact as coordinates are, at any number of periods from the
+//! Periods of space on the lattice of coordinates. They are as exact as coordinates, at any number of periods from the
 //! origin.
 //!
-//! A period is in general no whole number of pitches. It is held as whole pitches and four parts of 11 bits, each 2^-11
-//! of the one before. A period of 2^11 pitches and more, as a 64-bit float, has no digit below the last part, so this
-//! is the number itself, and `n` periods are made of it in 32-bit integers without rounding: differences are of at most
+//! In general a period is not a whole number of pitches. It is stored as whole pitches and four parts of 11 bits, each
+//! 2^-11 of the part before. A period of at least 2^11 pitches, as a 64-bit float, has no digit below the last part, so
+//! the parts are exact. `n` periods are computed from them in 32-bit integers without rounding: differences are at most
 //! 2^20 periods (`shaders/common/nearest_image.wgsl`).
 //!
-//! The offset of a sheared cell is held likewise, its whole pitches rounded down. A difference takes periods across the
-//! gradient and along the direction at once, so that of integers that overflow only what is left counts: there are at
-//! most 2^19 periods, of 2^12 pitches or more each (`shaders/common/nearest_image_sheared.wgsl`).
+//! The offset of a sheared cell is stored in the same way, with its whole pitches rounded down. A difference subtracts
+//! periods across the gradient and along the direction at once. So integers may overflow, and only the remainder
+//! matters: there are at most 2^19 periods of at least 2^12 pitches each (`shaders/common/nearest_image_sheared.wgsl`).
 
 use super::{GpuError, Lattice, MOST_CELL, Source, fragment};
 

@@ -1,5 +1,5 @@
-//! What a device was made to do: pipelines, buffers, dispatches, read-backs, and the time of each stage where the
-//! adapter tells it.
+//! A profile of a device: counts of pipelines, buffers, dispatches and read-backs, and the time of each stage where the
+//! adapter supports timestamps.
 
 use super::Gpu;
 use std::collections::BTreeMap;

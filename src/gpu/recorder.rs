@@ -1,4 +1,4 @@
-//! Records dispatches and copies, submits them together, and reads back.
+//! Records dispatches and copies, submits them together, and reads buffers back.
 
 use super::device::lock;
 use super::ensemble::{Dispatch, Membership, Work};

@@ -1,8 +1,8 @@
-//! What is tried on a device before it is used: that kernels run at all, and how long a loop may be.
+//! Tests of a device before its use: whether kernels run, and how long a loop may be.
 //!
 //! Mesa's lavapipe before version 23 ends an invocation silently after 65,535 rounds of its loops. Every kernel here
-//! stays far below that for any scene in which no body has more than some thousands of neighbours, so such a driver is
-//! used, with a warning.
+//! stays far below that limit in every scene in which no body has more than some thousands of neighbours, so such a
+//! driver is accepted with a warning.
 
 use super::{Buffer, Gpu, GpuError, Kernel, Precision, Source, fragment};
 

@@ -1,5 +1,5 @@
 //! A stable sort of `u32` keys with `u32` values: radix sort by digits of 4 bits, the lowest first (N. Satish, M.
-//! Harris, M. Garland, "Designing efficient sorting algorithms for manycore GPUs", 2009). No order is left to chance.
+//! Harris, M. Garland, "Designing efficient sorting algorithms for manycore GPUs", 2009). The order is deterministic.
 
 use super::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, Scan, Source, WORKGROUP, fragment};
 

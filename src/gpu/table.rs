@@ -1,5 +1,5 @@
-//! Tables of kernels. A line of a table is a field's name, its type and the source that it is made from, so that a
-//! kernel cannot be made from another's source, and a kernel without a source does not compile.
+//! Tables of kernels. A line of a table contains a field's name, its type and its source. So no kernel can use the
+//! source of another, and a kernel without a source does not compile.
 
 use super::{Gpu, GpuError, Kernel, Source};
 

@@ -1,4 +1,4 @@
-//! What a device was made to do, counted by stage.
+//! Counts of the operations of a device by stage.
 
 use super::Counters;
 

@@ -1,7 +1,7 @@
 //! Times of passes by stage, from timestamp queries.
 //!
-//! Every submission has query sets of its own, which wait, filled, until the host waits for the device for another
-//! reason. So timing adds no wait of its own, unless very many submissions follow each other without one.
+//! Every submission has query sets of its own. They stay filled until the host waits for the device for another reason.
+//! So timing adds no wait, unless very many submissions follow each other without one.
 
 use super::Gpu;
 use std::mem::take;

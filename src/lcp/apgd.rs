@@ -2,22 +2,21 @@
 //! for accelerated gradient schemes, 2015; for contact: Mazhar, Heyn, Negrut, Tasora 2015), in the metric of the
 //! diagonal of `A`.
 //!
-//! With `y` the extrapolated point, `x+ = argmin_{x >= 0} g(y) . (x - y) + L/2 |x - y|^2`. One product an iteration:
+//! With `y` the extrapolated point, `x+ = argmin_{x >= 0} g(y) . (x - y) + L/2 |x - y|^2`. One product per iteration:
 //! the gradient at `y` is the same combination of gradients as `y` is of iterates. A step along which the curvature
-//! exceeds `L` is not taken.
+//! exceeds `L` is rejected.
 
 use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
 
-/// `L` shrinks by this factor an accepted step, so that it follows the curvature down again. On the stored systems 0.9
-/// to 0.995 cost the same products within a third.
+/// `L` shrinks by this factor per accepted step, so that it follows a falling curvature. On the stored systems, values
+/// from 0.9 to 0.995 cost the same products within a third.
 const RELAX: f64 = 0.98;
 
-/// Margin over the curvature measured when a step was refused, so that the next one is not.
+/// Margin over the curvature of a rejected step, so that the next step is accepted.
 const MARGIN: f64 = 1.2;
 
-/// The curvature of a step must exceed `L` by this part, or by this many roundings where that is more, for the step to
-/// be refused.
+/// A step is rejected if its curvature exceeds `L` by this part, or by this many roundings if that is more.
 const SLACK: f64 = 1e-9;
 const ROUNDING: f64 = 64.0;
 
@@ -79,7 +78,7 @@ impl<V: Verbs> Method<V> for Apgd<V> {
         let refused = bend - self.curvature * length * slack;
         let accepted = refused.if_positive(zero, one);
 
-        // Restart when the step goes against the gradient that it was made from.
+        // Restart if the step points uphill for the gradient from which it was made.
         verbs.combine(one, &next.x, -one, &at.x, &mut self.step);
         let uphill = verbs.dot(&ahead.g, &self.step);
         verbs.copy_if_positive(accepted, &at.x, &mut self.previous.x);

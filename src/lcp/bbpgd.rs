@@ -1,15 +1,15 @@
 //! Projected gradient descent with Barzilai-Borwein steps (Barzilai and Borwein 1988; Dai and Fletcher 2005; for rods:
 //! Yan, Corona, Malhotra, Veerapaneni, Shelley 2020), in the metric of the diagonal of `A`, with a safeguard.
 //!
-//! The plain method has no line search and can fall into a cycle just above the tolerance. Here, when the objective has
-//! not come under its best for [`PATIENCE`] iterations, steps are cut to the exact minimum along their projected
-//! displacement, so that the objective falls, until there is a new best.
+//! The plain method has no line search and can fall into a cycle just above the tolerance. Here, if the objective has
+//! no new minimum for [`PATIENCE`] iterations, steps are cut to the exact minimum along their projected displacement,
+//! so that the objective falls, until it has a new minimum.
 
 use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
 
-/// Iterations without a new best objective after which steps are cut. On the stored systems 3 to 100 cost the same
-/// products within a tenth; cycles are left the sooner the fewer.
+/// Iterations without a new minimum of the objective after which steps are cut. On the stored systems, values from 3 to
+/// 100 cost the same products within a tenth; a smaller value leaves cycles earlier.
 const PATIENCE: f64 = 10.0;
 
 pub(crate) struct Bbpgd<V: Verbs> {
@@ -65,7 +65,7 @@ impl<V: Verbs> Method<V> for Bbpgd<V> {
         let objective = verbs.twice_objective(&at.x, &at.g);
         self.waited = (self.best - objective).if_positive(zero, self.waited + one);
         self.best = self.best.min(objective);
-        // The two Barzilai-Borwein lengths in turn, each for the displacement just made.
+        // The two Barzilai-Borwein lengths alternate, each for the last displacement.
         let proposed = if self.long {
             verbs.square(Metric::Diagonal, &self.step) / bend
         } else {
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// Rows of two bodies each with repeated pairs, some nearly parallel; a random motion opens or closes all.
+    /// Rows with repeated pairs, some nearly parallel; a random motion opens or closes each.
     fn problem(seed: u64) -> Problem<3> {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         let mut problem = Problem { bodies: 8, ..Problem::default() };

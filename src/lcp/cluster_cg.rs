@@ -1,35 +1,35 @@
 //! Projected nonlinear conjugate gradients whose steps are the sum of the solutions of overlapping local LCPs.
 //!
-//! The method is that of [`super::pair_block_cg`]; only `z` is another one. The bodies are parted into clusters
+//! The method is that of [`super::pair_block_cg`] with a different `z`. The bodies are divided into clusters
 //! ([`super::clusters`]), and each cluster with its neighbours has a local LCP over all rows `i` that touch it:
 //!
 //! ```text
 //! minimize  g_i . d + 1/2 |J_i^T d|^2 + small |d|^2   over   x_i + d >= 0
 //! ```
 //!
-//! A few steps of the same method from `d = 0` bring each local LCP near its solution, and the displacements are added
-//! without weights: a self-stress of a cluster stays one, which weights would spoil. So the sum overshoots where
-//! clusters overlap; the remembered length finds the factor. This is Schwarz's additive method for obstacle problems
-//! (L. Badea, SIAM J. Numer. Anal. 41, 1052 (2003)) as the preconditioner of a descent method.
+//! A few steps of the same method from `d = 0` bring each local LCP near its solution. The displacements are added
+//! without weights, because weights would destroy the self-stresses of clusters. So the sum overshoots where clusters
+//! overlap; the remembered length corrects this factor. This is Schwarz's additive method for obstacle problems (L.
+//! Badea, SIAM J. Numer. Anal. 41, 1052 (2003)) as the preconditioner of a descent method.
 //!
-//! The sum may lead to something negative, which the projection takes back. Where the projected direction hardly
-//! descends, the step of the pairs takes its place.
+//! The sum may lead to negative multipliers, which the projection sets to zero. If the projected direction hardly
+//! descends, the step of the pairs replaces it.
 //!
-//! Strong steps leave a few rows just above the tolerance while the objective still falls, so the last iterations are
-//! smoothed by steps of the pairs.
+//! Near the end, steps of the clusters leave a few rows just above the tolerance while the objective still falls. Steps
+//! of the pairs smooth these last iterations.
 
 use super::drive::Point;
 use super::pair_block_cg::{Descent, PairBlockCg};
 use super::verbs::{InClusters, Scalar};
 
-/// The shortest trial length that is remembered: where a row is in up to eight clusters, a sum without weights is up to
-/// eight times too long, and less where it meets bounds.
+/// The shortest trial length that is remembered: a row may be in up to eight clusters, so a sum without weights is up
+/// to eight times too long, and bounds shorten the step further.
 const SHORTEST: f64 = 0.02;
 
-/// Steps of the pairs begin where the residual is at most so many tolerances.
+/// Steps of the pairs begin once the residual is at most this many tolerances.
 const NEARLY: f64 = 4.0;
 
-/// So many steps of the pairs follow each other, and then at least so many of the clusters.
+/// The number of consecutive steps of the pairs; then follow at least [`BETWEEN`] steps of the clusters.
 const SMOOTH: f64 = 3.0;
 const BETWEEN: f64 = 2.0;
 
@@ -39,7 +39,7 @@ pub(crate) struct ByClusters<T, S> {
     tolerance: f64,
     /// The step of the pairs.
     by_pairs: T,
-    /// Iterations until steps of the pairs may begin again: the first of them, beyond [`BETWEEN`], are such steps.
+    /// Iterations until steps of the pairs may begin again. Those beyond [`BETWEEN`] are still steps of the pairs.
     busy: S,
 }
 
@@ -52,20 +52,20 @@ impl<T: Default, S: Scalar> ClusterCg<T, S> {
         PairBlockCg::with(ByClusters { tolerance, by_pairs: T::default(), busy: 0.0.into() })
     }
 
-    /// Ends at another tolerance from the next solve on.
+    /// Sets the tolerance for subsequent solves.
     pub fn aim_at(&mut self, tolerance: f64) {
         self.descent.tolerance = tolerance;
     }
 }
 
 impl<T, S: Scalar> ByClusters<T, S> {
-    /// Goes on by an iteration at this residual. A positive number says that it is one of the clusters.
+    /// Advances by an iteration at this residual. A positive result means that it is a step of the clusters.
     fn next(&mut self, residual: S) -> S {
         let near = S::from(NEARLY * self.tolerance) - residual;
         let begun = near.if_positive((SMOOTH + BETWEEN).into(), 0.0.into());
         let busy = self.busy.if_positive(self.busy, begun);
         self.busy = (busy - 1.0.into()).max(0.0.into());
-        // Whole numbers: a half is between them.
+        // Both are whole numbers, so a half separates them.
         S::from(BETWEEN + 0.5) - busy
     }
 }
@@ -102,7 +102,7 @@ mod tests {
         };
         assert_eq!(kinds(1e-3, 3), "ccc");
         assert_eq!(kinds(3e-6, 11), "pppccpppccp");
-        // What is begun is ended, whatever the residual.
+        // A sequence that has begun is completed, whatever the residual.
         assert_eq!(kinds(1e-3, 6), "ppcccc");
         assert_eq!(kinds(f64::NAN, 2), "cc");
         assert_eq!(kinds(4e-6, 1), "c");

@@ -1,4 +1,5 @@
-//! What a multiplier may be, said once for all solvers. Kernels have the same functions in `shaders/lcp/cone.wgsl`.
+//! The admissible multipliers, defined once for all solvers. Kernels have the same functions in
+//! `shaders/lcp/cone.wgsl`.
 //!
 //! The multiplier `gamma` of a row lies in a cone, its gap `g` in the dual cone, and the two are complementary:
 //!
@@ -6,65 +7,65 @@
 //! K contains gamma  _|_  g in K*
 //! ```
 //!
-//! Contact only pushes: `K` is the ray `gamma >= 0`, whose dual is the same ray, so that a function serves multipliers
-//! and gaps alike. A number that is not one (NaN) is neither in the cone nor outside of it.
+//! Contact only pushes: `K` is the ray `gamma >= 0`. Its dual is the same ray, so each function serves multipliers and
+//! gaps alike. NaN is neither in the cone nor outside.
 
-/// The nearest number in the cone.
+/// The projection onto the cone.
 #[inline]
 pub(crate) fn project(x: f64) -> f64 {
     x.max(0.0)
 }
 
-/// What a number lacks to be in the cone: `project(x) - x`. Of a gap that is the overlap.
+/// The distance to the cone, `project(x) - x`. For a gap this is the overlap.
 #[inline]
 pub(crate) fn lack(x: f64) -> f64 {
     (-x).max(0.0)
 }
 
-/// A number from elsewhere as a multiplier: zero where it can be none.
+/// A start value as a multiplier: zero if it is not admissible.
 #[inline]
 pub(crate) fn admit(x: f64) -> f64 {
     if is_free(x) && x.is_finite() { x } else { 0.0 }
 }
 
-/// Whether it is in the cone.
+/// Whether `x` is in the cone.
 #[inline]
 pub(crate) fn contains(x: f64) -> bool {
     x >= 0.0
 }
 
-/// Whether it is outside of the cone.
+/// Whether `x` is outside the cone.
 #[inline]
 pub(crate) fn is_outside(x: f64) -> bool {
     x < 0.0
 }
 
-/// Whether it is inside, off the bound: such a multiplier pushes, and may change both ways.
+/// Whether `x` is in the interior: such a multiplier pushes, and may change both ways.
 #[inline]
 pub(crate) fn is_free(x: f64) -> bool {
     x > 0.0
 }
 
-/// Whether it is at the bound, or beyond.
+/// Whether `x` is at the bound or outside.
 #[inline]
 pub(crate) fn is_bound(x: f64) -> bool {
     x <= 0.0
 }
 
-/// The largest `t` with `x + t d` in the cone, for `x` in it; infinite if there is none. Both sides are computed and no
-/// branch is taken: which rows come down is not predictable.
+/// The largest `t` with `x + t d` in the cone, for `x` in it; infinite if there is none. Both sides are computed
+/// without a branch, because the sign is not predictable.
 #[inline]
 pub(crate) fn room(x: f64, d: f64) -> f64 {
     if d < 0.0 { x / -d } else { f64::INFINITY }
 }
 
-/// The natural residual of a row, `|min(g, s x)|` with `s` its diagonal entry of `A`: a length, zero where the row is
-/// solved alone. A row whose `s` is zero does not feel its multiplier: what is left is `|min(g, 0)|`. NaN if `g` or
+/// The natural residual of a row, `|min(g, s x)|` with `s` its diagonal entry of `A`: a length, zero if the row by
+/// itself is solved. A row with `s = 0` does not depend on its multiplier: its residual is `|min(g, 0)|`. NaN if `g` or
 /// `s x` is.
 #[inline]
 pub(crate) fn residual(g: f64, s: f64, x: f64) -> f64 {
     let scaled = s * x;
-    // Not `f64::min`, which would hide a NaN; and no branches, which of the two is smaller is not predictable.
+    // Not `f64::min`, which would hide a NaN, and no branch, because the smaller of the two is not predictable.
     let least = if (g < scaled) | g.is_nan() { g } else { scaled };
     least.abs()
 }
@@ -75,14 +76,14 @@ pub(crate) fn worse(a: f64, b: f64) -> f64 {
     if (a >= b) | a.is_nan() { a } else { b }
 }
 
-/// Whether the gap is the larger one of a row's two numbers, so that a solution has its multiplier at the bound. A row
-/// that does not feel its multiplier is open.
+/// Whether the gap is larger than the scaled multiplier, so that a solution has the multiplier at the bound. A row that
+/// does not depend on its multiplier is open.
 #[inline]
 pub(crate) fn is_open(g: f64, s: f64, x: f64) -> bool {
     s * x < g || s == 0.0
 }
 
-/// A multiplier and its slack. The slack replaces the gap. An interior-point method keeps both positive.
+/// A multiplier and its slack, which replaces the gap. An interior-point method keeps both positive.
 #[derive(Clone, Copy)]
 pub(crate) struct Inner {
     pub gamma: f64,
@@ -90,21 +91,21 @@ pub(crate) struct Inner {
 }
 
 impl Inner {
-    /// The pair of a row at rest at this gap, with `shift` between each of the two and its bound, or more.
+    /// The pair of a row without a multiplier at this gap; both are at least `shift` inside their bounds.
     #[inline]
     pub fn at(gap: f64, shift: f64) -> Self {
         let slack = project(gap) + shift;
         Inner { gamma: lack(gap) + shift * (shift / slack), slack }
     }
 
-    /// Zero where the two are complementary.
+    /// Zero if the two are complementary.
     #[inline]
     pub fn complementarity(self) -> f64 {
         self.gamma * self.slack
     }
 
-    /// How fast the slack falls as the multiplier grows with the complementarity kept: what a step adds to the diagonal
-    /// of `A`.
+    /// The rate at which the slack falls as the multiplier grows at constant complementarity: a step adds this to the
+    /// diagonal of `A`.
     #[inline]
     pub fn compliance(self) -> f64 {
         self.slack / self.gamma
@@ -122,7 +123,7 @@ impl Inner {
         (pull - self.slack * change) / self.gamma - self.slack
     }
 
-    /// How far both may go along a direction.
+    /// The largest step of both along a direction.
     #[inline]
     pub fn room(self, along: Inner) -> f64 {
         room(self.gamma, along.gamma).min(room(self.slack, along.slack))
@@ -207,7 +208,7 @@ mod tests {
         assert_eq!(worse(1.0, 2.0), 2.0);
     }
 
-    /// It is what a projected step of unit length moves a row by.
+    /// It is the displacement of a row by a projected step of unit length.
     #[test]
     fn the_residual_is_a_projected_step() {
         for (g, s, x) in [(0.5, 2.0, 0.125), (-0.5, 2.0, 0.125), (0.25, 1.0, 3.0), (4.0, 0.5, 0.0)] {

@@ -20,17 +20,17 @@ use super::verbs::InClusters;
 use super::{Places, Problem};
 use std::ops::Range;
 
-/// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
-/// of `J`, is then below the rounding of the largest row's.
+/// A row is a zero row if its diagonal entry of `A` is at most this part of the largest: its square root, the length of
+/// the row of `J`, is then below the rounding of the largest row.
 const ZERO_ROW: f64 = f64::EPSILON * f64::EPSILON;
 
-/// Rows of a chunk of a sum: few enough for several threads to have some each in a problem of a thousand rows.
+/// Rows per chunk of a sum: few enough that each of several threads has some chunks in a problem of a thousand rows.
 const CHUNK: usize = 256;
 
-/// Most chunks: enough for the threads of any machine.
+/// The largest number of chunks: enough for the threads of any machine.
 const MOST_CHUNKS: usize = 128;
 
-/// Rows of a chunk for rows as the paper has them, whose sums keep their bits.
+/// Rows per chunk for the rows of the paper's method, whose sums keep their bits.
 const CHUNK_OF_PARALLEL_ROWS: usize = 4_096;
 
 /// A problem prepared for the solvers. Its buffers are reused for the next problem.
@@ -45,7 +45,7 @@ pub struct Cpu<const D: usize, P = Alone> {
     /// Empty until [`Cpu::find_majorant`].
     majorant: Vec<f64>,
     inverse_majorant: Vec<f64>,
-    /// The part of its diagonal that is added to `A`.
+    /// `A` gets this part of its diagonal added.
     compliance: f64,
     product: Product<D>,
     blocks: PairBlocks,
@@ -63,7 +63,7 @@ pub struct Cpu<const D: usize, P = Alone> {
 }
 
 impl<const D: usize, P: Portion<D>> Cpu<D, P> {
-    /// One for problems with many nearly parallel rows.
+    /// A problem with many nearly parallel rows.
     pub(crate) fn for_parallel_rows() -> Self {
         Cpu { parallel_rows: true, ..Cpu::default() }
     }
@@ -116,7 +116,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.clusters = None;
     }
 
-    /// Makes [`Metric::Majorant`](super::verbs::Metric::Majorant), which one solver uses, for this problem.
+    /// Computes [`Metric::Majorant`](super::verbs::Metric::Majorant) for this problem; only one solver needs it.
     pub fn find_majorant(&mut self) {
         self.majorant = self.product.majorant();
         let inverse = |(w, inverse): (&f64, &f64)| if *inverse == 0.0 { 0.0 } else { 1.0 / w };
@@ -135,7 +135,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
     }
 
     /// The largest violation that the compliance allows at these multipliers, a length.
-    pub fn given_way(&self, x: &[f64]) -> f64 {
+    pub fn compliance_violation(&self, x: &[f64]) -> f64 {
         let moved = self.diagonal.iter().zip(x).map(|(s, x)| s * x);
         self.compliance * moved.fold(0.0, worse)
     }
@@ -182,7 +182,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         Rows { pair: self.product.pair(), jacobian: self.product.jacobian(), q: &self.q, diagonal, inverse }
     }
 
-    /// Which rows a body takes part in.
+    /// The rows of each body.
     pub(crate) fn incidence(&self) -> &Incidence {
         self.product.incidence()
     }
@@ -207,7 +207,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.portion.all_rows(self.q.len())
     }
 
-    /// The problem as several threads share it.
+    /// The problem, to be shared by several threads.
     pub(super) fn whole(&mut self) -> Whole<'_, D> {
         Whole {
             diagonals: Diagonals {
@@ -254,7 +254,7 @@ pub(crate) struct Rows<'a, const D: usize> {
     pub inverse: &'a [f64],
 }
 
-/// A problem that several threads share: all of it to read, but for the blocks, of which each has its own part.
+/// A problem that several threads share: all read all of it, except the blocks, of which each has its own part.
 pub(super) struct Whole<'a, const D: usize> {
     pub diagonals: Diagonals<'a>,
     pub q: &'a [f64],
@@ -262,7 +262,7 @@ pub(super) struct Whole<'a, const D: usize> {
     pub pair: &'a [[u32; 2]],
     pub jacobian: &'a [[[f64; D]; 2]],
     pub incidence: &'a Incidence,
-    /// Those that no member has taken.
+    /// The blocks that no member has taken.
     pub blocks: Option<pair_blocks::Part<'a>>,
     pub chunks: &'a Chunks,
     /// Products computed so far, and recorded residuals that were not read yet.

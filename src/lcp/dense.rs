@@ -2,9 +2,9 @@
 //! method for solving strictly convex quadratic programs, 1983) in the unknowns of the bodies, `min 1/2 |v|^2` subject
 //! to `J v + q >= 0`.
 //!
-//! The multipliers of that program solve the LCP. Only rows that do not depend on the active ones enter, so repeated,
-//! parallel and zero rows need no care of their own. The active rows are kept as `Q R` with `Q` orthonormal. Memory and
-//! time an iteration grow with the unknowns times the active rows: it is for some hundred rows.
+//! The multipliers of that program solve the LCP. Only rows that are independent of the active ones enter, so repeated,
+//! parallel and zero rows need no special treatment. The active rows are kept as `Q R` with `Q` orthonormal. Memory and
+//! time per iteration grow with the unknowns times the active rows: the method is for a few hundred rows.
 
 use super::cone::{lack, project, room};
 use super::cpu::{Cpu, Rows};
@@ -14,16 +14,16 @@ use super::verbs::Verbs;
 use super::{Settings, Status};
 use nalgebra::DVector;
 
-/// A row depends on the active ones if its part across them is shorter than this part of it: twenty times the rounding
-/// that two rounds of orthogonalization leave for some hundred rows.
+/// A row depends on the active ones if its orthogonal part is shorter than this part of its length: twenty times the
+/// rounding error of two rounds of orthogonalization for a few hundred rows.
 const DEPENDENT: f64 = 1e-13;
 
-/// Rows violated by less than this part of the size of their terms are not: a few roundings.
+/// Violations below this part of the size of a row's terms do not count: a few roundings.
 const ROUNDING: f64 = 1e-14;
 
 #[derive(Default)]
 pub(crate) struct Dense {
-    /// Each body's place among those that rows refer to.
+    /// The index of each body among those that rows refer to.
     place: Vec<usize>,
     places: usize,
     active: Vec<Active>,
@@ -34,7 +34,7 @@ pub(crate) struct Dense {
 struct Active {
     row: usize,
     multiplier: f64,
-    /// Its columns of `Q` and of `R`, which is upper triangular: the k-th column has k + 1 numbers.
+    /// Its columns of `Q` and of `R`, which is upper triangular: the k-th column has k + 1 entries.
     q: DVector<f64>,
     r: Vec<f64>,
 }
@@ -111,7 +111,7 @@ impl Dense {
         self.velocity = DVector::zeros(D * self.places);
     }
 
-    /// A row of `J` with all its zeros.
+    /// A row of `J` as a dense vector.
     fn normal<const D: usize>(&self, rows: &Rows<D>, row: usize) -> DVector<f64> {
         let mut normal = DVector::zeros(D * self.places);
         for (body, block) in rows.pair[row].iter().zip(&rows.jacobian[row]) {
@@ -137,8 +137,7 @@ impl Dense {
         (g, size)
     }
 
-    /// The row whose plane is violated by the longest distance in the space of velocities. Zero rows are not for
-    /// entering.
+    /// The row whose plane is violated by the largest distance in the space of velocities. Zero rows never enter.
     fn most_violated<const D: usize>(&self, rows: &Rows<D>) -> Option<usize> {
         let mut worst = (0.0, None);
         for row in (0..rows.q.len()).filter(|row| rows.inverse[*row] > 0.0) {
@@ -151,8 +150,8 @@ impl Dense {
         worst.1
     }
 
-    /// One step of the dual method towards the plane of a row: to the plane (the row enters), or until an active
-    /// multiplier is zero (its row leaves).
+    /// One step of the dual method towards the plane of a row. It ends at the plane, and the row enters, or when an
+    /// active multiplier becomes zero, and that row leaves.
     fn advance<const D: usize>(
         &mut self,
         rows: &Rows<D>,
@@ -192,8 +191,8 @@ impl Dense {
         }
     }
 
-    /// The part of a vector across the active rows, and its components along `Q`. Two rounds keep `Q` orthonormal to
-    /// rounding.
+    /// The part of a vector orthogonal to the active rows, and its components along `Q`. Two rounds keep `Q`
+    /// orthonormal to rounding.
     fn orthogonalize(&self, vector: &DVector<f64>) -> (DVector<f64>, Vec<f64>) {
         let mut across = vector.clone();
         let mut column = vec![0.0; self.active.len()];
@@ -221,7 +220,8 @@ impl Dense {
     /// Removes the k-th active row; Givens rotations make `R` triangular again.
     fn leave(&mut self, k: usize) {
         let mut orphan = self.active.remove(k).q;
-        // Column j has now j + 2 numbers from column k on. A rotation of the rows j and j + 1 of R clears its last one.
+        // From column k on, column j now has j + 2 entries. A rotation of the rows j and j + 1 of R clears the last
+        // one.
         for j in k..self.active.len() {
             let (a, b) = (self.active[j].r[j], self.active[j].r[j + 1]);
             let length = a.hypot(b);
@@ -231,7 +231,7 @@ impl Dense {
                 (active.r[j], active.r[j + 1]) = (c * a + s * b, c * b - s * a);
             }
             self.active[j].r.pop();
-            // The columns of Q for the rows j and j + 1 of R: the orphan and the one of this active row.
+            // The columns of Q for the rows j and j + 1 of R: that of the removed row, and that of this active row.
             let own = &mut self.active[j].q;
             let turned = c * &orphan + s * &*own;
             orphan = c * &*own - s * &orphan;
@@ -239,8 +239,8 @@ impl Dense {
         }
     }
 
-    /// Solves for the active rows anew, `R^T w = -q`, `v = Q w`, `R multiplier = w`, which takes off what steps have
-    /// added up.
+    /// Solves again for the active rows, `R^T w = -q`, `v = Q w`, `R multiplier = w`, which removes the accumulated
+    /// rounding errors of the steps.
     fn polish<const D: usize>(&mut self, rows: &Rows<D>) {
         let mut w: Vec<f64> = self.active.iter().map(|active| -rows.q[active.row]).collect();
         for k in 0..w.len() {
@@ -263,7 +263,7 @@ enum End {
     Steps,
 }
 
-/// What a step did.
+/// The result of a step.
 enum Advance {
     Entered,
     Left,

@@ -23,7 +23,7 @@ pub struct Domain {
     pub blocks: Vec<Range<usize>>,
     /// The positions of its own bodies among the local ones.
     pub own: Range<usize>,
-    /// Whose the body at each place is; those of walls are everybody's.
+    /// The process that owns the body at each position; walls belong to all.
     pub owner: Vec<u32>,
     /// The global position of each of them.
     pub among_all: Vec<u32>,
@@ -32,7 +32,7 @@ pub struct Domain {
     pub edges: Vec<u32>,
 }
 
-/// Numbers of bodies or rows that go to other processes, or come from them: for each the places.
+/// Data of bodies or rows that is sent to other processes, or received from them: for each process the positions.
 pub(crate) type Route = Vec<(usize, Vec<u32>)>;
 
 /// The rows of a domain.
@@ -51,7 +51,7 @@ pub(super) struct Border {
     pub into: Route,
     /// The rows with bodies of others.
     pub across: Vec<u32>,
-    /// The branches of the tree of sums that each process has whole.
+    /// For each process, the complete branches of the tree of sums that it has.
     branches: Vec<Vec<u32>>,
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn route(mut places: Vec<(usize, u32)>) -> Route {
 }
 
 impl Border {
-    /// Of rows with these pairs of places, in their order.
+    /// The border of rows with these pairs of positions, in their order.
     pub fn new(domain: &Arc<Domain>, pair: &[[u32; 2]]) -> Self {
         let Domain { processes, own, owner, blocks, .. } = &**domain;
         let rank = processes.rank();

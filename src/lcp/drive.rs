@@ -5,9 +5,9 @@ use super::{Settings, Status};
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations, or
-/// over as many as the last gain took to come, if those are more. The slowest stored instances pause for some hundred
-/// iterations between two gains; systems without a solution never gain.
+/// A solve stops without success if the best residual has not fallen by [`PROGRESS`] over this many iterations, or over
+/// as many as the last gain took, if that is more. The slowest stored instances pause for some hundred iterations
+/// between two gains; systems without a solution never gain.
 const PATIENCE: u64 = 3_000;
 
 /// The same for methods that only contract slowly: projected Jacobi pauses for 20,000 iterations on a packing of 24
@@ -18,21 +18,21 @@ pub(crate) const PATIENCE_OF_SLOW_METHODS: u64 = 50_000;
 /// near 1e-14 of the gradient's terms, for a thousandth of the products.
 const RENEWAL: u64 = 1_000;
 
-/// The same for numbers coarser than 64 bits.
+/// The same for scalars coarser than 64 bits.
 const RENEWAL_OF_COARSE_NUMBERS: u64 = 50;
 
-/// A start whose residual is within the tolerance is iterated on all the same, this often at most. Multipliers that
-/// open rows keep from the last step count little each time, and unchanged over many small steps they would be a force
-/// between bodies that have parted: two ellipsoids came 0.03 off their path at steps of 1e-5. One iteration takes such
-/// multipliers away; the few more are where it leaves a residual above the tolerance.
+/// A start whose residual is within the tolerance is still iterated, at most this often. Multipliers that open rows
+/// keep from the last step matter little in one step, but unchanged over many small steps they would act as a force
+/// between separated bodies: two ellipsoids deviated by 0.03 from their path at steps of 1e-5. One iteration removes
+/// such multipliers; the others serve if it leaves a residual above the tolerance.
 const ITERATIONS_FROM_A_SOLUTION: u64 = 50;
 
-/// After this many consecutive candidates that fresh gradients refute, none with a smaller residual than those before,
+/// After fresh gradients have refuted this many consecutive candidates, none with a smaller residual than those before,
 /// the solve has reached the rounding floor. The pressed systems of `tests/data/lcp` need none in f64 and none in f32
 /// with multipliers in two parts; with multipliers in one part up to 1,800 were refuted without effect.
 const MOST_REFUTED: u32 = 16;
 
-/// With a residual above this many tolerances it is not rounding that refutes a candidate, but contradictory rows and
+/// A candidate with a residual above this many tolerances is not refuted by rounding, but by contradictory rows and
 /// multipliers that grow without bounds.
 const NEAR: f64 = 100.0;
 
@@ -48,7 +48,7 @@ pub struct Point<T> {
     pub g: T,
 }
 
-/// One iterative method over the verbs `V`. Its vectors live as long as it does, and `begin` makes them ready.
+/// An iterative method over the verbs `V`. It keeps its vectors between solves, and `begin` prepares them.
 pub trait Method<V: Verbs> {
     /// Starts or restarts at a point whose gradient is fresh.
     fn begin(&mut self, verbs: &mut V, at: &Point<V::Vector>);
@@ -297,7 +297,7 @@ pub struct SolveState<S> {
     fresh: bool,
     at_start: Option<f64>,
     least: f64,
-    /// Whether it paused after its last check.
+    /// Whether the solve paused after its last check.
     paused: bool,
     /// Candidates refuted without a gain, and the least residual of those refuted before.
     refuted: u32,
@@ -443,7 +443,7 @@ mod tests {
         assert_eq!((status, iterations, residual), (Status::RoundingFloor, u64::from(MOST_REFUTED), 1e-8));
     }
 
-    /// A method whose first iteration leads away from the solution, and the others nowhere.
+    /// A method whose first iteration leads away from the solution, and whose others do nothing.
     struct Worse;
 
     impl Method<Cpu<3>> for Worse {
@@ -474,7 +474,7 @@ mod tests {
         let (x, (status, iterations, residual)) = run(0.5001, settings);
         assert_eq!((x[0], status, iterations), (0.5001, Status::Solved, ITERATIONS_FROM_A_SOLUTION));
         assert!((residual - 2e-4).abs() < 1e-12, "{residual:e}");
-        // One that is exact is not iterated on, and none is where no iteration is allowed.
+        // An exact start is not iterated, and no start is if no iteration is allowed.
         assert_eq!(run(0.5, settings).1, (Status::Solved, 0, 0.0));
         assert_eq!(run(0.5001, Settings { max_iterations: 0, ..settings }).1.0, Status::Solved);
         assert_eq!(run(0.6, Settings { max_iterations: 60, ..settings }).1.0, Status::MaxIterations);

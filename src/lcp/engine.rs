@@ -1,4 +1,4 @@
-//! The solvers as engines: each takes a task from its present iterate to its end.
+//! The solvers as engines: each solves a task from its present iterate.
 
 use super::apgd::Apgd;
 use super::auto::Auto;
@@ -15,7 +15,7 @@ use super::projected_jacobi::ProjectedJacobi;
 use super::team::{self, Team};
 use super::{Outcome, Settings, SolverKind, Status};
 
-/// Gauss-Seidel sweeps between two checks of the residual, which costs a product more.
+/// Gauss-Seidel sweeps between two checks of the residual; a check costs one more product.
 const SWEEPS: u64 = 4;
 
 /// The problem and iterate of an engine.
@@ -35,7 +35,7 @@ pub(super) enum Engine<const D: usize, P: Portion<D>> {
     ProjectedGaussSeidel(ProjectedGaussSeidel<D>),
     Apgd(Apgd<Cpu<D, P>>),
     Bbpgd(Bbpgd<Cpu<D, P>>),
-    /// Threads, if its sums support them.
+    /// With a team of threads, if its sums support them.
     PairBlockCg(PairBlockCg<Vec<f64>, f64>, Option<Team>),
     ClusterCg(ClusterCg<Vec<f64>, f64>),
     Dense(Dense),
@@ -66,7 +66,7 @@ impl<const D: usize, P: Portion<D>> Engine<D, P> {
         }
     }
 
-    /// Drops what it learnt from the last problem.
+    /// Drops the state from the last problem.
     pub fn forget(&mut self) {
         if let Engine::Auto(auto) = self {
             auto.forget();

@@ -25,7 +25,7 @@ pub struct OfDomain<const D: usize> {
 }
 
 impl<const D: usize> OfDomain<D> {
-    /// Of the problems of these bodies.
+    /// The portion of problems of these bodies.
     pub fn of(domain: Domain) -> Self {
         OfDomain { domain: Some(Arc::new(domain)), ..OfDomain::default() }
     }
@@ -211,7 +211,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
             words.extend(x.into_iter().map(f64::to_bits));
         }
         let all = border.all_gather(&words);
-        // Where the parts of each process begin.
+        // The offset of each process's parts.
         let mut next = vec![0; border.domain.processes.size() + 1];
         shares.iter().zip(sizes).for_each(|(process, size)| next[process + 1] += 1 + size);
         for process in 1..next.len() {

@@ -1,19 +1,18 @@
-//! Which rows a body takes part in: lists by body, rows ascending, so that sums over a body's rows do not depend on
-//! threads.
+//! The rows of each body: lists by body, rows ascending, so that sums over a body's rows do not depend on threads.
 
 /// The rows of every body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Incidence {
-    /// Where each body's list begins in `entries`; one more at the end.
+    /// The offset of each body's list in `entries`, and the end.
     pub start: Vec<u32>,
-    /// `2 row + side`, `side` the place (0 or 1) that the body has in the row's pair.
+    /// `2 row + side`, with `side` the position (0 or 1) of the body in the row's pair.
     pub entries: Vec<u32>,
 }
 
 impl Incidence {
-    /// Makes the lists anew for the pairs of a problem's rows, by a counting sort.
+    /// Rebuilds the lists for the pairs of a problem's rows, by a counting sort.
     ///
-    /// A problem has at most `2^31` rows: their numbers must fit an entry.
+    /// A problem has at most `2^31` rows, so that a row index fits an entry.
     pub fn rebuild(&mut self, bodies: usize, pair: &[[u32; 2]]) {
         self.start.clear();
         self.start.resize(bodies + 1, 0);
@@ -25,7 +24,7 @@ impl Incidence {
         }
         self.entries.clear();
         self.entries.resize(2 * pair.len(), 0);
-        // Filling moves each start to the next body's; they are moved back below.
+        // Filling moves each start to that of the next body; they are moved back below.
         for (entry, body) in pair.as_flattened().iter().enumerate() {
             let next = &mut self.start[*body as usize];
             self.entries[*next as usize] = entry as u32;

@@ -1,4 +1,4 @@
-//! The solver.
+//! The kinds of solvers.
 
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
@@ -34,7 +34,7 @@ pub enum SolverKind {
 }
 
 impl SolverKind {
-    /// All solvers that a scene may name but `auto`, which is one of them, with their names there.
+    /// All solvers that a scene may name, except `auto`, which uses some of them; with their names in scenes.
     ///
     /// ```
     /// # use relcp::lcp::SolverKind;

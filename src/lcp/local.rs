@@ -1,19 +1,19 @@
-//! Goes on with an LCP where it is not solved yet: a later LCP of a step differs from the one before in a few rows, and
-//! most of it stays solved.
+//! Continues an LCP locally: a later LCP of a step differs from the one before in a few rows, and most of it stays
+//! solved.
 //!
-//! Rows whose residual is near or over the tolerance are seeds. Their bodies, and some layers of bodies that touch
-//! those by rows with multipliers, are free; all rows of free bodies are solved again with everything else as it is,
-//! each connected part on its own:
+//! Rows whose residual is near or above the tolerance are seeds. Their bodies, and some layers of bodies around them
+//! that are connected by rows with multipliers, are free. All rows of free bodies are solved again with everything else
+//! fixed, each connected part by itself:
 //!
 //! ```text
 //! 0 <= q' + A_SS x_S  _|_  x_S >= 0,   q' = g_S - A_SS x_S at the present x
 //! ```
 //!
 //! This is a block step of a descent method: the objective `1/2 x . A x + q . x` never rises (overlapping domains,
-//! chosen by need; Schwarz's alternating method for obstacle problems as in L. Badea, SIAM J. Numer. Anal. 41, 1052
-//! (2003)). What a part disturbs around it is the next round's seed.
+//! chosen adaptively; Schwarz's alternating method for obstacle problems as in L. Badea, SIAM J. Numer. Anal. 41, 1052
+//! (2003)). Rows that a part disturbs around it are seeds of the next round.
 //!
-//! Degenerate cases: bodies without a block in a row (walls) connect nothing; a part as large as the whole is left to
+//! Degenerate cases: bodies with a zero block in a row (walls) connect nothing; a part as large as the whole is left to
 //! the caller.
 
 use super::Problem;
@@ -28,29 +28,29 @@ use super::verbs::Verbs;
 use super::{Settings, Status};
 use rayon::prelude::*;
 
-/// A row is a seed from this part of the tolerance on, so that what a round leaves just under it does not come back in
-/// the next.
+/// A row is a seed from this part of the tolerance on, so that rows just below the tolerance do not become seeds of the
+/// next round.
 const SEED: f64 = 0.95;
 
-/// Parts are solved to this part of the tolerance: their rows count again in the residual of the whole.
+/// Parts are solved to this part of the tolerance, because the residual of the whole problem includes their rows.
 const INNER: f64 = 0.5;
 
-/// Layers of bodies around the seeds, and how many more a round.
+/// Layers of bodies around the seeds, and the additional layers per round.
 const LAYERS: usize = 2;
 const MORE_LAYERS: usize = 2;
 
-/// Most of the rows that a round may solve again: with more, an iteration on all of them costs about as much.
+/// The largest part of the rows that a round may solve again: beyond it, an iteration on all rows costs about as much.
 const MOST_ROWS: f64 = 0.35;
 
-/// Most rounds.
+/// The largest number of rounds.
 const MOST_ROUNDS: usize = 12;
 
-/// Most iterations in a part.
+/// The largest number of iterations in a part.
 const MOST_ITERATIONS: u64 = 500;
 
-/// What the rounds came to.
+/// The result of the rounds.
 pub(super) struct Rounds {
-    /// Whether the residual of the whole is within the tolerance, and that residual.
+    /// Whether the residual of the whole problem is within the tolerance.
     pub solved: bool,
     pub residual: f64,
     /// Iterations of the slowest part of each round.
@@ -59,12 +59,12 @@ pub(super) struct Rounds {
     pub work: u64,
 }
 
-/// The rows that are solved again, in their order among all.
+/// The rows that are solved again, in global order.
 #[derive(Default)]
 pub struct Taken<const D: usize> {
-    /// Their numbers among all.
+    /// Their global indices.
     pub row: Vec<u32>,
-    /// The places of their bodies among all.
+    /// The global positions of their bodies.
     pub pair: Vec<[u32; 2]>,
     pub jacobian: Vec<[[f64; D]; 2]>,
     pub x: Vec<f64>,
@@ -85,7 +85,7 @@ impl<const D: usize> Taken<D> {
         bodies.sort_unstable();
         bodies.dedup();
         let place = |body: u32| bodies.binary_search(&body).unwrap_or(bodies.len());
-        // Each body's part is named by its first body.
+        // Each part is identified by its first body.
         let mut first: Vec<u32> = (0..bodies.len() as u32).collect();
         fn root(first: &mut [u32], mut body: u32) -> u32 {
             while first[body as usize] != body {
@@ -118,14 +118,14 @@ impl<const D: usize> Taken<D> {
     }
 }
 
-/// A connected part: the places of its bodies, and its rows by their numbers among those taken.
+/// A connected part: the positions of its bodies, and the indices of its rows among those taken.
 #[derive(Default)]
 struct Part {
     bodies: Vec<u32>,
     rows: Vec<u32>,
 }
 
-/// Which bodies and rows a round takes; its buffers are used again.
+/// The bodies and rows of a round; its buffers are reused.
 pub(super) struct Local {
     free: Vec<bool>,
     taken: Vec<bool>,
@@ -139,8 +139,8 @@ impl Default for Local {
 }
 
 impl Local {
-    /// Solves where the LCP of `cpu` is not solved at `at`, whose gradient must be fresh, until it is or that is no
-    /// local matter.
+    /// Solves locally where the LCP of `cpu` is not solved at `at`, whose gradient must be fresh, until all of it is
+    /// solved or too many rows are involved.
     pub fn run<const D: usize, P: Portion<D>>(
         &mut self,
         cpu: &mut Cpu<D, P>,
@@ -178,7 +178,8 @@ impl Local {
         rounds
     }
 
-    /// Solves the parts: large ones one by one with all threads, the others each with one. Processes share them out.
+    /// Solves the parts: large ones one by one with all threads, the others with one thread each. The parts are
+    /// distributed over processes.
     fn solve<const D: usize, P: Portion<D>>(
         &mut self,
         cpu: &Cpu<D, P>,
@@ -201,7 +202,7 @@ impl Local {
         cpu.portion.exchange_parts(&sizes, solved.collect())
     }
 
-    /// Whether few rows are to be solved again.
+    /// Whether few enough rows have to be solved again.
     pub fn is_worth<const D: usize, P: Portion<D>>(
         &mut self,
         cpu: &Cpu<D, P>,
@@ -211,7 +212,7 @@ impl Local {
         self.free_rows(cpu, at, tolerance, LAYERS).is_some()
     }
 
-    /// Marks free bodies and taken rows; their number, where it is few enough and not none.
+    /// Marks free bodies and taken rows. Returns the number of rows, or none if it is zero or too large.
     fn free_rows<const D: usize, P: Portion<D>>(
         &mut self,
         cpu: &Cpu<D, P>,
@@ -265,7 +266,7 @@ impl Local {
         Some(cpu.portion.sum(taken)).filter(|taken| *taken > 0)
     }
 
-    /// The rows that are marked as taken, of all processes.
+    /// The marked rows of all processes.
     fn take<const D: usize, P: Portion<D>>(&self, cpu: &Cpu<D, P>, at: &Point<Vec<f64>>) -> Taken<D> {
         let rows = cpu.rows();
         let mut taken = Taken::default();
@@ -280,14 +281,14 @@ impl Local {
     }
 }
 
-/// Solves the rows of a part with everything else as it is.
+/// Solves the rows of a part with everything else fixed.
 fn solve_part<const D: usize>(
     taken: &Taken<D>,
     part: &Part,
     tolerance: f64,
     team: &mut Option<Team>,
 ) -> (Vec<f64>, u64) {
-    // The last place is for what does not move.
+    // The last position is for everything that does not move.
     let place = |body: u32| part.bodies.binary_search(&body).unwrap_or(part.bodies.len()) as u32;
     let mut problem = Problem::<D> { bodies: part.bodies.len() + 1, ..Problem::default() };
     let mut x = Vec::with_capacity(part.rows.len());

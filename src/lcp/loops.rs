@@ -1,26 +1,26 @@
-//! Loops over vectors of one number a row, and sums in chunks.
+//! Loops over vectors with one entry per row, and sums in chunks.
 //!
-//! A sum joins what each chunk of rows comes to along a binary tree over the chunks, so its bits do not depend on who
-//! computes which chunks, and whoever has all chunks of a branch gives away one number for them. Within a chunk it has
-//! eight interleaved parts, which the compiler makes vectors of.
+//! A sum combines the partial sums of chunks along a binary tree over the chunks. So its bits do not depend on which
+//! thread or process computes which chunks, and one that has all chunks of a branch contributes a single value. A
+//! partial sum has eight interleaved parts, which the compiler vectorizes.
 
 use std::ops::Range;
 
 /// Interleaved parts of a sum.
 const PARTS: usize = 8;
 
-/// So many numbers of each of six vectors fit the nearest cache together, 24 KiB.
+/// This many entries of each of six vectors fit together into the first-level cache, 24 KiB.
 const CACHED: usize = 512;
 
 /// Consecutive ranges of rows.
 #[derive(Clone, Debug, Default)]
 pub struct Chunks {
-    /// Where each chunk begins; one more at the end.
+    /// The first row of each chunk, and the number of rows.
     edges: Vec<usize>,
 }
 
 impl Chunks {
-    /// Chunks of so many rows, the last one of what is left.
+    /// Chunks of `size` rows; the last one has the remaining rows.
     pub fn of_rows(rows: usize, size: usize) -> Self {
         Chunks { edges: (0..rows).step_by(size).chain([rows]).collect() }
     }
@@ -30,24 +30,24 @@ impl Chunks {
         Chunks { edges }
     }
 
-    /// How many chunks there are.
+    /// The number of chunks.
     pub fn len(&self) -> usize {
         self.edges.len().saturating_sub(1)
     }
 
-    /// The rows of each.
+    /// The rows of each chunk.
     pub fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
         self.edges.windows(2).map(|edges| edges[0]..edges[1])
     }
 
-    /// Shares them out in order, to each about as many rows: the chunks of every share.
+    /// Divides the chunks in order into shares with about as many rows each: the chunks of every share.
     pub fn shares(&self, shares: usize) -> Vec<Range<usize>> {
         let rows = self.edges.last().copied().unwrap_or(0);
         let edge = |share: usize| self.edges.partition_point(|edge| edge * shares < share * rows).min(self.len());
         (0..shares).map(|share| edge(share)..edge(share + 1)).collect()
     }
 
-    /// The chunks of a share as rows counted from its first one, and these rows in all.
+    /// The chunks of a share, with rows counted from its first one, and the range of all its rows.
     pub fn share(&self, chunks: &Range<usize>) -> (Chunks, Range<usize>) {
         let edges = &self.edges[chunks.start..=chunks.end];
         let (first, last) = (edges[0], edges[edges.len() - 1]);
@@ -68,8 +68,7 @@ pub(crate) fn update<const N: usize>(out: &mut [f64], inputs: [&[f64]; N], value
     }
 }
 
-/// `x . y` of each pair on a chunk, in one pass: a vector that stands in several pairs is brought to the nearest cache
-/// once.
+/// `x . y` of each pair on a chunk, in one pass: a vector in several pairs is loaded into the first-level cache once.
 pub(crate) fn dots<const N: usize>(chunk: Range<usize>, pairs: [[&[f64]; 2]; N]) -> [f64; N] {
     let mut parts = [[0.0; PARTS]; N];
     for first in chunk.clone().step_by(CACHED) {
@@ -114,24 +113,25 @@ pub(crate) fn fold<const N: usize>(
     parts.into_iter().fold(start, &join)
 }
 
-/// Most branches that wait for their other half: enough for any number of chunks.
+/// The largest number of branches that wait for their other half: enough for any number of chunks.
 const DEEPEST: usize = 32;
 
-/// What chunks come to, joined along the tree as they are given in their order.
+/// Combines the values of chunks along the tree, in the order of the chunks.
 pub(crate) struct Tree<F, const N: usize> {
     join: F,
-    /// The branches that wait, the largest first, and how often each was halved of the tree's whole: `2^level` chunks.
+    /// The values of the branches that wait for their other half, the largest first, each with its level: it has
+    /// `2^level` chunks.
     waiting: [([f64; N], u32); DEEPEST],
     count: usize,
 }
 
 impl<F: Fn(usize, f64, f64) -> f64, const N: usize> Tree<F, N> {
-    /// None so far. `join` joins two numbers of a kind, of `N` kinds.
+    /// An empty tree. `join` combines two values of each of `N` kinds.
     pub fn new(join: F) -> Self {
         Tree { join, waiting: [([0.0; N], 0); DEEPEST], count: 0 }
     }
 
-    /// Takes what the next `2^level` chunks come to. All before them must be as many as a multiple of that.
+    /// Adds the value of the next `2^level` chunks. The number of chunks before them must be a multiple of that.
     #[inline]
     pub fn add(&mut self, mut value: [f64; N], mut level: u32) {
         while self.count > 0 && self.waiting[self.count - 1].1 == level {
@@ -143,7 +143,7 @@ impl<F: Fn(usize, f64, f64) -> f64, const N: usize> Tree<F, N> {
         self.count += 1;
     }
 
-    /// What all come to; `start` where there was none.
+    /// The value of all chunks; `start` if there were none.
     pub fn end(self, start: [f64; N]) -> [f64; N] {
         let branches = self.waiting[..self.count].iter().rev();
         branches.map(|(value, _)| *value).reduce(|later, value| self.both(value, later)).unwrap_or(start)
@@ -155,7 +155,7 @@ impl<F: Fn(usize, f64, f64) -> f64, const N: usize> Tree<F, N> {
     }
 }
 
-/// What consecutive chunks come to, joined along the tree of all.
+/// Combines the values of consecutive chunks along the tree of all chunks.
 pub(super) fn join_chunks<const N: usize>(
     start: [f64; N],
     join: impl Fn(usize, f64, f64) -> f64,
@@ -167,7 +167,7 @@ pub(super) fn join_chunks<const N: usize>(
     tree.end(start)
 }
 
-/// The largest branches that consecutive chunks are made of, by their levels.
+/// The levels of the largest branches that make up consecutive chunks.
 #[cfg(any(feature = "mpi", test))]
 pub(crate) fn branches(chunks: Range<usize>) -> Vec<u32> {
     let (mut levels, mut at) = (Vec::new(), chunks.start);

@@ -1,7 +1,7 @@
 //! The linear complementarity problem of one solve, `0 <= g(gamma) = q + A gamma  _|_  gamma >= 0`, and its solvers.
 //!
-//! `A = J J^T` is never formed: `J` has one sparse row a constraint, with one block a body of its pair. The rows are
-//! already scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or
+//! `A = J J^T` is never formed: `J` has one sparse row per constraint, with one block per body of its pair. The rows
+//! are already scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or
 //! shapes, and `v = J^T gamma` is the contact velocity in those scaled unknowns.
 
 pub(crate) mod clusters;

@@ -1,10 +1,10 @@
-//! Bodies numbered so that those which share rows have near numbers: the breadth-first order of Cuthill and McKee
-//! (Reducing the bandwidth of sparse symmetric matrices, 1969), begun at a body far from the others. Rows sorted by
-//! such numbers find the velocities that they need near each other, in memory and in one thread's share.
+//! An order of bodies in which those that share rows are near each other: the breadth-first order of Cuthill and McKee
+//! (Reducing the bandwidth of sparse symmetric matrices, 1969), started at a body far from the others. Rows sorted by
+//! this order find their velocities near each other, in memory and in the share of one thread.
 
 use super::incidence::Incidence;
 
-/// Gives every body its place. A row one of whose blocks is zero joins no two bodies.
+/// Computes the position of every body. A row with a zero block connects no bodies.
 pub(super) fn rebuild<const D: usize>(
     bodies: usize,
     pair: &[[u32; 2]],
@@ -17,7 +17,7 @@ pub(super) fn rebuild<const D: usize>(
     of_joined(bodies, &joined, place);
 }
 
-/// The same from the pairs that are joined, in which a pair may stand several times.
+/// The same from connected pairs, which may be repeated.
 pub(super) fn of_joined(bodies: usize, joined: &[[u32; 2]], place: &mut Vec<u32>) {
     let mut incidence = Incidence::default();
     incidence.rebuild(bodies, joined);
@@ -28,7 +28,7 @@ pub(super) fn of_joined(bodies: usize, joined: &[[u32; 2]], place: &mut Vec<u32>
         if place[body as usize] != u32::MAX {
             continue;
         }
-        // The body that is reached last is far from the others.
+        // The last body in breadth-first order is far from the others.
         let first = order.len();
         let visit = |start: u32, order: &mut Vec<u32>, place: &mut Vec<u32>| {
             order.push(start);
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn neighbours_have_near_numbers_and_walls_join_nobody() {
-        // A chain whose bodies have scattered numbers, each also at a wall, the last body.
+        // A chain of bodies with scattered indices; each also touches a wall, the last body.
         let body = |link: u32| link * 7 % 50;
         let mut pair: Vec<[u32; 2]> = (0..49).map(|link| [body(link), body(link + 1)]).collect();
         let mut jacobian = vec![[[1.0, 0.0, 0.0]; 2]; 49];

@@ -1,18 +1,18 @@
-//! The vector verbs for rows in memory: of a thread with the whole problem, or with a share of it.
+//! The vector verbs for rows in memory, for a thread with the whole problem or with a share of it.
 //!
-//! The two differ in the product with `A` and in which chunks of a sum they compute.
+//! The two cases differ in the product with `A` and in the chunks of a sum that they compute.
 
 use super::cone::{project, residual, room, worse};
 use super::loops::{dots, fold, map, update};
 use super::verbs::{Checks, Metric, Verbs};
 use std::ops::Range;
 
-/// The diagonals of a problem's rows, or of some of them.
+/// The diagonals of all or some rows of a problem.
 #[derive(Clone, Copy)]
 pub(super) struct Diagonals<'a> {
     pub plain: &'a [f64],
     pub inverse: &'a [f64],
-    /// Empty where it is not used, as in a team.
+    /// Empty if it is not used, as in a team.
     pub majorant: &'a [f64],
     pub inverse_majorant: &'a [f64],
 }
@@ -37,17 +37,17 @@ impl<'a> Diagonals<'a> {
     }
 }
 
-/// The numbers of a thread's rows.
+/// The data of a thread's rows.
 pub(super) struct Numbers<'a> {
     pub diagonals: Diagonals<'a>,
     pub q: &'a [f64],
-    /// The part of its diagonal that is added to `A`.
+    /// `A` gets this part of its diagonal added.
     pub compliance: f64,
 }
 
 /// A thread's rows of a problem.
 pub(super) trait OnRows {
-    /// Their numbers.
+    /// Their data.
     fn numbers(&self) -> Numbers<'_>;
     /// `out = A x` without compliance, counted as a product.
     fn multiply(&mut self, x: &[f64], out: &mut [f64]);

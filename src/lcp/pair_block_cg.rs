@@ -1,44 +1,44 @@
 //! Projected nonlinear conjugate gradients, preconditioned by the blocks of the pairs.
 //!
-//! One product an iteration. Let `z` be the projected gradient step of the blocks (each block's small problem solved
-//! exactly, see [`super::pair_blocks`]) and `d`, `e` the last two displacements made, whose products are known. The
+//! Each iteration needs one product. Let `z` be the projected gradient step of the blocks (each block's small problem
+//! solved exactly, see [`super::pair_blocks`]) and `d`, `e` the last two displacements, whose products are known. The
 //! direction is `z + a d + b e` with the `a` and `b` that minimize the objective: `H (a, b) = -(g + A z) . (d, e)` with
 //! `H` the `A`-products of `d` and `e`. Without bounds this is the method of Hestenes and Stiefel (1952), `b = 0` and
-//! `a = -z . A d / d . A d`; with bounds, `g . d` is what a clipped line search has left undone, and `e` mends what a
-//! projection did to conjugacy.
+//! `a = -z . A d / d . A d`; with bounds, `g . d` is the remainder of a clipped line search, and `e` corrects the loss
+//! of conjugacy by projections.
 //!
 //! The trial point is projected in the metric of the blocks. Along the displacement to it the objective is minimized
-//! exactly, clipped at the first bound, so it never rises. A displacement that descends much less than `z` does is
-//! replaced by `z`; where another `z` than that of the pairs may lead to something negative, by that of the pairs. The
-//! length of the next trial remembers the last optimum.
+//! exactly, clipped at the first bound, so it never rises. A displacement that descends much less than `z` is replaced
+//! by `z`, or by the `z` of the pairs if another `z` may lead to negative multipliers. The length of the next trial
+//! step is the last optimum.
 
 use super::drive::{Method, Point};
 use super::verbs::{Scalar, Verbs};
 use std::ops::Range;
 
-/// Bounds of the remembered trial length. On the stored systems a longest of 1 costs up to a fifth more products where
-/// pairs have several rows, and 2 to 64 cost the same.
+/// Bounds of the remembered trial length. On the stored systems an upper bound of 1 costs up to a fifth more products
+/// if pairs have several rows; 2 to 64 cost the same.
 pub(crate) const SHORTEST: f64 = 0.05;
 pub(crate) const LONGEST: f64 = 8.0;
 
-/// A displacement must descend at least this part of what `z` does.
+/// A displacement must descend by at least this part of the descent of `z`.
 pub(crate) const DESCENT: f64 = 1e-3;
 
 /// Relative addition to the diagonal of `H`: two displacements that are parallel to eight digits count as one.
 pub(crate) const REGULARIZATION: f64 = 1e-8;
 
-/// The same in units of rounding, where that is more: the entries of `H` are long sums.
+/// The same in units of rounding, if that is more: the entries of `H` are long sums.
 pub(crate) const ROUNDING: f64 = 64.0;
 
-/// How `z` is made.
+/// How `z` is computed.
 pub(crate) trait Descent<V: Verbs> {
     /// The shortest trial length that is remembered.
     const SHORTEST: f64;
     /// Restarts.
     fn begin(&mut self, verbs: &mut V);
-    /// Makes `z` at a point, where the objective falls along it.
+    /// Computes `z` at a point; the objective falls along it.
     fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector);
-    /// Of the last `z` a displacement that leads to nothing negative, along which the objective falls too.
+    /// For the last `z`, a displacement that keeps all multipliers admissible, along which the objective falls too.
     fn feasible<'a>(&'a self, z: &'a V::Vector) -> &'a V::Vector;
 }
 
@@ -60,7 +60,7 @@ impl<V: Verbs> Descent<V> for ByPairs {
     }
 }
 
-/// A displacement made, and its product.
+/// A past displacement and its product.
 #[derive(Clone, Debug)]
 struct Direction<T> {
     displacement: T,
@@ -73,16 +73,16 @@ impl<T: Default> Direction<T> {
     }
 }
 
-/// The method, over vectors `T` and numbers `S`, with `z` made in the way `B`.
+/// The method, over vectors `T` and scalars `S`, with `z` computed by `B`.
 #[derive(Clone, Debug)]
 pub(crate) struct PairBlockCg<T, S, B = ByPairs> {
-    /// How `z` is made.
+    /// How `z` is computed.
     pub(super) descent: B,
     /// `z`.
     gradient_step: T,
-    /// Anything between two iterations.
+    /// Scratch space; its content between two iterations is undefined.
     room: T,
-    /// `d`, `e`, and room for the next.
+    /// `d`, `e`, and the next displacement.
     made: [Direction<T>; 3],
     /// `d . A d` and `e . A e`, zero when there is none.
     curvature: [S; 2],
@@ -103,7 +103,7 @@ impl<T: Default, S: Scalar, B> PairBlockCg<T, S, B> {
         self.goes_on = same;
     }
 
-    /// The method with this way to make `z`.
+    /// The method with this way to compute `z`.
     pub fn with(descent: B) -> Self {
         PairBlockCg {
             descent,
@@ -206,7 +206,7 @@ impl<V: Verbs, B: Descent<V>> Method<V> for PairBlockCg<V::Vector, V::Scalar, B>
         let ([slope, curvature], room) = verbs.dots_and_room(pairs, &at.x, &next.displacement);
         let best = curvature.if_positive(-slope / curvature, one).max(zero);
         let part = best.min(room);
-        // Only what rounding leaves is below zero.
+        // Only rounding errors are below zero.
         verbs.advance(part, &next.displacement, &mut at.x, &mut self.room);
         verbs.add(part, &next.product, &mut at.g);
 

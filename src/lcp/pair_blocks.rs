@@ -1,9 +1,9 @@
-//! The diagonal blocks of `A` that belong to one pair of bodies, as a metric: small exact projected steps.
+//! The diagonal blocks of `A`, one per pair of bodies, as a metric: small exact projected steps.
 //!
 //! All rows of a pair act between the same two bodies, so they span at most `D` directions of relative motion, and rows
-//! of nearly the same contact are nearly parallel. Solving a block exactly takes that ill-conditioning out of the way
-//! of an iteration; what is left couples different pairs. Blocks get a relative regularization, which makes a block of
-//! parallel rows positive definite.
+//! of nearly the same contact are nearly parallel. Solving each block exactly removes this ill-conditioning from the
+//! iteration; only the coupling of different pairs is left. A relative regularization makes a block of parallel rows
+//! positive definite.
 
 mod larger;
 mod small;
@@ -15,14 +15,14 @@ use larger::Larger;
 use small::{Block, Double, Packed, Single};
 
 /// Relative addition to the diagonal of a block. On the stored systems 1e-6, 1e-7 and 1e-8 cost the same products
-/// within a quarter, the largest of them the least where a pair has many rows; it keeps most digits of the Cholesky
-/// factor of a block with repeated rows.
+/// within a quarter; 1e-6 costs the least if pairs have many rows, and keeps most digits of the Cholesky factor of a
+/// block with repeated rows.
 const REGULARIZATION: f64 = 1e-6;
 
-/// The most rows of a block that has a type of its own.
+/// The largest number of rows of a block with a specialized type.
 const SMALL: usize = 8;
 
-/// The blocks of rows that stand in the order of [`order`], chunk by chunk.
+/// The blocks of rows in the order of [`order`], chunk by chunk.
 #[derive(Clone, Debug, Default)]
 pub struct PairBlocks {
     chunks: Vec<Blocks>,
@@ -45,28 +45,28 @@ struct Blocks {
     sevens: Vec<Packed<7, 28>>,
     eights: Vec<Packed<8, 36>>,
     larger: Larger,
-    /// 1 for rows of `A` that are not zero, else 0.
+    /// 1 for nonzero rows of `A`, else 0.
     live: Vec<f64>,
 }
 
-/// What is minimized, over rows that stand together.
+/// The function to minimize, over adjacent rows.
 #[derive(Clone, Copy)]
 struct Step<'a> {
     x: &'a [f64],
-    /// The step and the gradient. Without one the point is projected.
+    /// The step and the gradient. Without them the point is projected.
     slope: Option<(f64, &'a [f64])>,
     live: &'a [f64],
 }
 
-/// Orders rows so that those of a pair stand together: pairs with one row first, then those with two, up to eight, then
-/// the others, each by pair; the rows of a pair in their own order.
+/// Orders rows so that those of a pair are adjacent: pairs with one row first, then those with two, up to eight, then
+/// all others, each class by pair; the rows of a pair keep their order.
 pub fn order(pair: &[[u32; 2]], order: &mut Vec<u32>) {
     by_pair(pair, order);
     let class = classes(pair, order);
     order.sort_by_key(|row| class[*row as usize]);
 }
 
-/// The same within chunks of about so many rows, each of all pairs whose smaller bodies are in some range.
+/// The same within chunks of about `size` rows, each with all pairs whose smaller bodies are in a range.
 pub(crate) fn order_in_chunks(pair: &[[u32; 2]], size: usize, order: &mut Vec<u32>) -> Chunks {
     by_pair(pair, order);
     let body = |row: u32| sorted(pair[row as usize])[0];
@@ -84,8 +84,8 @@ pub(crate) fn order_in_chunks(pair: &[[u32; 2]], size: usize, order: &mut Vec<u3
     by_class(pair, Chunks::between(edges), order)
 }
 
-/// The same within one chunk for each block of bodies, of all pairs whose smaller bodies are in it; `blocks` says where
-/// each begins, and one more where the last one ends.
+/// The same within one chunk per block of bodies, with all pairs whose smaller bodies are in it; `blocks` has the first
+/// body of each block, and the end.
 pub(crate) fn order_in_blocks(pair: &[[u32; 2]], blocks: &[u32], order: &mut Vec<u32>) -> Chunks {
     by_pair(pair, order);
     let body = |row: &u32| sorted(pair[*row as usize])[0];
@@ -96,7 +96,7 @@ pub(crate) fn order_in_blocks(pair: &[[u32; 2]], blocks: &[u32], order: &mut Vec
     by_class(pair, Chunks::between(edges), order)
 }
 
-/// Orders the rows of each chunk, which are by pair, by how many their pair has.
+/// Orders the rows of each chunk, already sorted by pair, by the number of rows of their pair.
 fn by_class(pair: &[[u32; 2]], chunks: Chunks, order: &mut [u32]) -> Chunks {
     let class = classes(pair, order);
     for rows in chunks.ranges() {
@@ -105,8 +105,7 @@ fn by_class(pair: &[[u32; 2]], chunks: Chunks, order: &mut [u32]) -> Chunks {
     chunks
 }
 
-/// Orders rows by pair, those of a pair in their own order: by the smaller body in one pass over all rows, then those
-/// of each body by themselves.
+/// Orders rows by pair, stably: by the smaller body in one pass over all rows, then within each body.
 fn by_pair(pair: &[[u32; 2]], order: &mut Vec<u32>) {
     let bodies = pair.as_flattened().iter().map(|body| *body as usize + 1).max().unwrap_or(0);
     let mut next = vec![0_u32; bodies + 1];
@@ -129,7 +128,7 @@ fn by_pair(pair: &[[u32; 2]], order: &mut Vec<u32>) {
     }
 }
 
-/// How many rows each row's pair has, as far as that decides its place; `order` is by pair.
+/// The class of each row: the number of rows of its pair, up to one above [`SMALL`]; `order` is by pair.
 fn classes(pair: &[[u32; 2]], order: &[u32]) -> Vec<u8> {
     let mut class = vec![0_u8; pair.len()];
     for block in order.chunk_by(|i, j| sorted(pair[*i as usize]) == sorted(pair[*j as usize])) {
@@ -141,8 +140,7 @@ fn classes(pair: &[[u32; 2]], order: &[u32]) -> Vec<u8> {
 }
 
 impl PairBlocks {
-    /// Makes the blocks of rows that stand in the order of [`order`] in each chunk; `live` says which rows of `A` are
-    /// not zero.
+    /// Builds the blocks of rows in the order of [`order`] in each chunk; `live` marks the nonzero rows of `A`.
     pub(crate) fn rebuild<const D: usize>(
         &mut self,
         pair: &[[u32; 2]],
@@ -164,8 +162,8 @@ impl PairBlocks {
 
 impl Part<'_> {
     /// With a slope, a step and a gradient: `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`.
-    /// Zero rows of `A` keep `x`, which is not negative there. Without one, the projection: `out = argmin over y >= 0
-    /// of (y - x) . B (y - x)`.
+    /// Zero rows of `A` keep `x`, which is not negative there. Without a slope, the projection: `out = argmin over y >=
+    /// 0 of (y - x) . B (y - x)`.
     pub fn minimize(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
         let mut first = 0;
         for blocks in &mut *self.chunks {
@@ -178,7 +176,7 @@ impl Part<'_> {
 }
 
 impl<'a> Part<'a> {
-    /// Parts the first so many chunks from the others.
+    /// Splits off the first `chunks` chunks.
     pub fn split_at(self, chunks: usize) -> (Part<'a>, Part<'a>) {
         let (first, others) = self.chunks.split_at_mut(chunks);
         (Part { chunks: first }, Part { chunks: others })
@@ -251,14 +249,14 @@ impl<'a> Step<'a> {
     }
 }
 
-/// The rows that are not yet done.
+/// The rows that are left.
 struct Rest<'a> {
     step: Step<'a>,
     out: &'a mut [f64],
 }
 
 impl Rest<'_> {
-    /// Solves blocks of `M` rows, which come next.
+    /// Solves the next blocks, of `M` rows each.
     fn each<const M: usize, B: Block<M>>(&mut self, blocks: &mut [B]) {
         let rows = M * blocks.len();
         let (step, rest) = self.step.split_at(rows);
@@ -279,7 +277,7 @@ fn solve<const M: usize, B: Block<M>>(blocks: &mut [B], step: Step, out: &mut [f
         }
         None => {
             for ((block, x), out) in blocks.iter().zip(x).zip(out) {
-                // Blocks in the cone, nearly all of them, are their own projection.
+                // A block in the cone, as nearly all are, is its own projection.
                 let outside = x.iter().fold(false, |outside, x| outside | cone::is_outside(*x));
                 *out = if outside { block.project(*x) } else { *x };
             }
@@ -292,7 +290,7 @@ pub(crate) fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// `A_ij` of two rows of the same pair, named in either order.
+/// `A_ij` of two rows of the same pair, whose bodies may be in either order.
 fn entry<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], i: usize, j: usize) -> f64 {
     let ([ia, ib], [ja, jb]) = (&jacobian[i], &jacobian[j]);
     if pair[i] == pair[j] { dot(ia, ja) + dot(ib, jb) } else { dot(ia, jb) + dot(ib, ja) }
@@ -303,8 +301,8 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// The conditions of the small problems, checked on pairs of 1 to 24 rows in mixed order, some rows repeated, one
-    /// zero.
+    /// Checks the optimality conditions of the small problems on pairs of 1 to 24 rows in mixed order, with some
+    /// repeated rows and one zero row.
     #[test]
     fn proximal_steps_solve_their_blocks() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);

@@ -1,7 +1,7 @@
 //! The positions of a problem's bodies in the order of its rows.
 
-/// Positions of bodies in blocks of near ones. Rows are ordered by their smaller position, and the rows of a block are
-/// one part of a sum.
+/// Positions of bodies, in blocks of near bodies. Rows are ordered by their smaller position, and the rows of a block
+/// form one chunk of a sum.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Places {
     /// The position of each body; surfaces of walls come last, in no block.

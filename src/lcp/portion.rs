@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// A process's portion of a problem, and what solvers need of the other portions. Methods are collective.
 pub trait Portion<const D: usize>: Clone + Debug + Default + Send + Sync {
-    /// Starts a problem of so many bodies, with these pairs of body positions.
+    /// Loads a problem of `bodies` bodies with these pairs of positions.
     fn take(&mut self, pair: &[[u32; 2]], bodies: usize);
     /// The number of rows of the whole problem, of which these are local.
     fn all_rows(&self, here: usize) -> usize;

@@ -30,7 +30,7 @@ impl<const D: usize> Product<D> {
         &self.pair
     }
 
-    /// Which rows a body takes part in.
+    /// The rows of each body.
     pub fn incidence(&self) -> &Incidence {
         &self.incidence
     }
@@ -60,16 +60,16 @@ impl<const D: usize> Product<D> {
     }
 }
 
-/// A product in parts, for a process that has some of the rows.
+/// A product in parts, for a process with some of the rows.
 #[cfg(feature = "mpi")]
 impl<const D: usize> Product<D> {
-    /// `v = J^T x` of the rows here, one block a body.
+    /// `v = J^T x` of the local rows, one block per body.
     pub fn velocities(&mut self, x: &[f64]) -> &[[f64; D]] {
         scatter(&self.pair, &self.jacobian, x, &mut self.velocity);
         &self.velocity
     }
 
-    /// `v`, to be changed.
+    /// The last `v`, mutable.
     pub fn last_velocities(&mut self) -> &mut [[f64; D]] {
         &mut self.velocity
     }
@@ -79,7 +79,7 @@ impl<const D: usize> Product<D> {
         along(&self.pair, &self.jacobian, &self.velocity, out);
     }
 
-    /// The same of some rows.
+    /// The same for some rows.
     pub fn recompute_rows(&self, rows: &[u32], out: &mut [f64]) {
         for at in rows.iter().map(|row| *row as usize) {
             let [a, b] = self.pair[at].map(|body| &self.velocity[body as usize]);
@@ -88,7 +88,7 @@ impl<const D: usize> Product<D> {
     }
 }
 
-/// `out = J^T x`, one block a body, row by row.
+/// `out = J^T x`, one block per body, row by row.
 pub(crate) fn scatter<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], x: &[f64], out: &mut [[f64; D]]) {
     out.fill([0.0; D]);
     scatter_onto(pair, jacobian, x, out);
@@ -128,8 +128,8 @@ pub(crate) fn along<const D: usize>(
     }
 }
 
-/// A row of `J v`, from its blocks and the velocities of its bodies, in two interleaved sums of which the compiler
-/// makes one vector.
+/// A row of `J v`, from its blocks and the velocities of its bodies, in two interleaved sums, which the compiler
+/// vectorizes.
 #[inline]
 fn row<const D: usize>([ja, jb]: &[[f64; D]; 2], va: &[f64; D], vb: &[f64; D]) -> f64 {
     let mut sum = [0.0; 2];

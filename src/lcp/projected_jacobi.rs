@@ -5,7 +5,8 @@
 use super::drive::{Method, PATIENCE_OF_SLOW_METHODS, Point};
 use super::verbs::{Metric, Verbs};
 
-/// Over-relaxation. The majorant is loose, so the largest safe steps are the fastest; 1.9 needs half the products of 1.
+/// Over-relaxation. The majorant is not sharp, so the largest safe steps are the fastest: 1.9 needs half the products
+/// of 1.
 const RELAXATION: f64 = 1.9;
 
 #[derive(Default)]

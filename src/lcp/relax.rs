@@ -6,9 +6,9 @@
 //! exceeds its row's violation over `c S_ii` (regularization: R. W. Cottle, J.-S. Pang, R. E. Stone, "The Linear
 //! Complementarity Problem", 1992, section 5.6).
 //!
-//! Rows that have a common solution are violated by `c` times what forces move them, so a small enough `c` leaves less
-//! than any tolerance; rows that have none are violated in the least-squares sense, which a smaller `c` changes little.
-//! So `c` falls until the violation is allowed, or no longer falls.
+//! Consistent rows are violated by `c` times the length by which forces move them, so a small enough `c` satisfies any
+//! tolerance. Contradictory rows are violated in the least-squares sense, which a smaller `c` changes little. So `c` is
+//! reduced until the violation is allowed, or no longer falls.
 
 use super::engine::Task;
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
@@ -17,12 +17,12 @@ use super::portion::Portion;
 use super::solver::Solver;
 use super::{Outcome, Problem, Settings, Status};
 
-/// The compliances `c` to try. In a colony forces move rows by lengths of about 1, so that the first leaves about an
-/// overlap tolerance of 1e-5 and the second a hundredth of it. A stack of rods that is too tall by 1e-6 is left with
-/// 1e-6 to three digits by the second, with forces ten times those of the first.
+/// The compliances `c` to try. In a colony forces move rows by lengths of about 1, so the first leaves about the
+/// overlap tolerance of 1e-5 and the second a hundredth of it. For a stack of rods that is too tall by 1e-6, the second
+/// leaves 1e-6 to three digits, with ten times the forces of the first.
 const COMPLIANCES: [f64; 3] = [1e-5, 1e-7, 1e-9];
 
-/// A violation above this part of the last one no longer falls.
+/// A violation above this part of the last one counts as no longer falling.
 const GAIN: f64 = 0.5;
 
 impl<const D: usize, P: Portion<D>> Solver<D, P> {
@@ -73,7 +73,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         best
     }
 
-    /// Solves a problem regularized with `compliance`, from zero multipliers. The larger it is, the less bodies move.
+    /// Solves a problem regularized with `compliance`, from zero multipliers. A larger compliance moves bodies less.
     ///
     /// # Panics
     /// As [`Solver::solve`].
@@ -97,7 +97,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         if status == Status::TooLarge {
             (status, iterations, residual) = drive.run(cpu, &mut PairBlockCg::new(), settings, 1);
         }
-        residual = residual.max(cpu.given_way(&drive.at.x));
+        residual = residual.max(cpu.compliance_violation(&drive.at.x));
         if residual <= allowed {
             status = Status::LeastOverlap;
         } else if matches!(status, Status::Solved) {
@@ -115,7 +115,7 @@ mod tests {
 
     const SETTINGS: Settings = Settings { tolerance: 1e-9, max_iterations: 10_000 };
 
-    /// Bodies in a line between two walls, which are bodies whose blocks are zero, each too near the next by `depth`.
+    /// Bodies in a line between two walls (bodies with zero blocks), each too near the next by `depth`.
     fn squeezed(links: u32, depth: f64) -> Problem<3> {
         let along = |x: f64| [x, 0.0, 0.0];
         let mut problem = Problem { bodies: links as usize + 2, ..Problem::default() };
@@ -141,7 +141,7 @@ mod tests {
         assert_ne!(plain.status, Status::Solved);
         let (outcome, gamma) = relax(&problem, 5e-6);
         assert_eq!(outcome.status, Status::LeastOverlap);
-        // Rows between two bodies move them twice as easily as those at walls, and give way by more.
+        // Rows between two bodies have twice the mobility of those at walls, and are violated more.
         assert!((outcome.residual - 1e-6).abs() < 2e-7, "{outcome:?}");
         let moved = crate::lcp::velocity(&problem, &gamma);
         assert!(moved.iter().flatten().all(|v| v.abs() < 1e-6), "{moved:?}");

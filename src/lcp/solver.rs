@@ -48,7 +48,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     }
 
     /// Tunes the solver for LCPs with many nearly parallel rows, such as a recursion appends. They slow conjugate
-    /// gradients down, so `auto` switches to the interior-point method as soon as the residuals show it.
+    /// gradients down; `auto` then switches to the interior-point method as soon as the residuals show it.
     pub fn for_parallel_rows(mut self) -> Self {
         self.engine.for_parallel_rows();
         self.task.cpu = Cpu::for_parallel_rows();
@@ -97,8 +97,8 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         self.solve_next(problem, gamma)
     }
 
-    /// [`Solver::solve`] for a problem much like the last one, such as the same with rows added. If the last one needed
-    /// the interior-point method, `auto` begins with it.
+    /// [`Solver::solve`] for a problem similar to the last one, such as the same with rows added. If the last one
+    /// needed the interior-point method, `auto` begins with it.
     ///
     /// # Panics
     /// As [`Solver::solve`].

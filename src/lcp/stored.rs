@@ -2,11 +2,11 @@
 
 use super::{Problem, velocity};
 
-/// An LCP of any number of unknowns a body, with a start and a solver's result. Blocks of `J` and velocities are flat,
-/// `unknowns` numbers each.
+/// An LCP with any number of unknowns per body, with a start and a solver's result. Blocks of `J` and velocities are
+/// flat, with `unknowns` scalars each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stored {
-    /// Unknowns of a body: 3 in the plane, 6 in space.
+    /// Unknowns per body: 3 in the plane, 6 in space.
     pub unknowns: usize,
     /// The number of bodies that rows refer to.
     pub bodies: usize,
@@ -14,7 +14,7 @@ pub struct Stored {
     pub pair: Vec<[u32; 2]>,
     /// The first and the second block of each row of `J`.
     pub rows: [Vec<f64>; 2],
-    /// `g` at `gamma = 0`, a length a row.
+    /// `g` at `gamma = 0`, one length per row.
     pub q: Vec<f64>,
     /// The solver's start.
     pub start: Vec<f64>,
@@ -43,7 +43,7 @@ impl Stored {
         }
     }
 
-    /// The problem, where its bodies have `D` unknowns.
+    /// The problem, if its bodies have `D` unknowns.
     pub fn problem<const D: usize>(&self) -> Option<Problem<D>> {
         let blocks = self.rows[0].as_chunks::<D>().0.iter().zip(self.rows[1].as_chunks::<D>().0);
         (self.unknowns == D).then(|| Problem {
@@ -58,7 +58,7 @@ impl Stored {
     /// lengths of the rows of `J`: computed from the definition, independently of the solvers. NaN if an entry is NaN.
     ///
     /// # Panics
-    /// If the number of multipliers is not that of rows.
+    /// If the number of multipliers differs from that of rows.
     pub fn residual(&self, gamma: &[f64]) -> f64 {
         let block = |row: usize, side: usize| &self.rows[side][row * self.unknowns..(row + 1) * self.unknowns];
         let mut v = vec![0.0; self.bodies * self.unknowns];

@@ -1,13 +1,12 @@
-//! The few vector operations that the iterative solvers are written in, so that a solver is written once for every
-//! backend.
+//! The vector operations of the iterative solvers. A solver is written once over them, for every backend.
 //!
-//! A backend owns the problem. Its vectors have one number a row; its scalars may live on a device, so a solver
+//! A backend owns the problem. Its vectors have one entry per row; its scalars may live on a device, so a solver
 //! combines them with arithmetic and [`Scalar::if_positive`] and never branches on one. Only the driver reads a scalar,
 //! with [`Verbs::read`].
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number that a backend computes with, perhaps on a device.
+/// A scalar of a backend, perhaps on a device.
 pub trait Scalar:
     Copy
     + From<f64>
@@ -51,22 +50,22 @@ pub enum Metric {
 pub struct Checks {
     /// The residuals that have become known, oldest first.
     pub residuals: Vec<f64>,
-    /// Whether everything after the last of them was skipped.
+    /// Whether all work after the last of them was skipped.
     pub ended: bool,
 }
 
-/// Vector operations of a backend. A vector has one number for each row.
+/// Vector operations of a backend. A vector has one entry per row.
 pub trait Verbs {
     /// A vector. The default is empty: [`Verbs::clear`] gives it its length.
     type Vector: Default;
-    /// A number.
+    /// A scalar.
     type Scalar: Scalar;
 
-    /// A number that varies between iterations, so that a backend does not compile it as a constant.
+    /// A scalar that varies between iterations, so that a backend does not compile it as a constant.
     fn number(&mut self, x: f64) -> Self::Scalar {
         x.into()
     }
-    /// Sets `x` to zeros, one for each row.
+    /// Sets `x` to zeros, one per row.
     fn clear(&mut self, x: &mut Self::Vector);
     /// `to = from`.
     fn copy(&mut self, from: &Self::Vector, to: &mut Self::Vector);
@@ -120,7 +119,7 @@ pub trait Verbs {
     fn inverse_square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
     /// The largest `t` with `x + t d >= 0`, infinite if there is none.
     fn ratio_test(&mut self, x: &Self::Vector, d: &Self::Vector) -> Self::Scalar;
-    /// `x . y` of each pair and [`Verbs::ratio_test`], which are needed together.
+    /// `x . y` of each pair and [`Verbs::ratio_test`], in one pass.
     fn dots_and_room(
         &mut self,
         pairs: [[&Self::Vector; 2]; 2],
@@ -131,7 +130,7 @@ pub trait Verbs {
     }
     /// The natural residual `max |min(g, s x)|`, NaN if an entry is NaN.
     fn residual(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;
-    /// Reads a number on the host. A device waits: for drivers, not for iterations.
+    /// Reads a scalar on the host, which waits for the device: for drivers, not for iterations.
     fn read(&mut self, scalar: Self::Scalar) -> f64;
     /// Records a residual for [`Verbs::take_checks`]. If it is at most `tolerance` or not finite, a backend may skip
     /// everything until then; the vectors of the residual then stay unchanged.

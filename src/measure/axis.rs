@@ -1,16 +1,16 @@
-//! The axis of a body, which order is measured by: a line without head or tail.
+//! The axis of a body, for measures of order: a line without a direction.
 //!
-//! Of a rod its centreline, of a ring its axis of symmetry, of a spheroid likewise, of other ellipsoids the longest
-//! axis. In the plane, the longer direction of its outline. A sphere, a custom shape, and whatever looks like a disc in
-//! the plane, has none.
+//! For a rod it is the centreline, for a ring or a spheroid the axis of symmetry, for other ellipsoids the longest
+//! axis. In the plane it is the longer direction of the outline. A sphere, a custom shape, and a body with a circular
+//! outline in the plane have none.
 
 use crate::shape::{Centreline, Geometry, PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
 
-/// Sizes that differ by less than this fraction are the same: rounding must not give a ball an axis.
+/// Sizes that differ by less than this fraction are equal: rounding must not give a ball an axis.
 const SAME: f64 = 1e-9;
 
-/// The axis of a body as a unit vector, its sign without meaning; `None` where it has none.
+/// The axis of a body as a unit vector with an arbitrary sign; `None` if it has none.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};

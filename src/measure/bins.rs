@@ -1,6 +1,6 @@
 //! Bins of equal width from zero on.
 
-/// Most bins of a profile; wider bins take their place where there would be more.
+/// The largest number of bins in a profile; if there would be more, bins are wider.
 const MOST: usize = 1000;
 
 /// Bins of one width that cover `0..=range`.
@@ -13,8 +13,8 @@ pub(super) struct Bins {
 }
 
 impl Bins {
-    /// Bins of `width`, or of the least whole multiple of it that makes no more than [`MOST`]. None where nothing can
-    /// be shared out.
+    /// Bins of `width`, or of its smallest whole multiple that gives at most [`MOST`]. None if the width or the range
+    /// is not valid.
     pub fn new(width: f64, range: f64) -> Option<Bins> {
         if !(width > 0.0 && width.is_finite() && range >= 0.0 && range.is_finite()) {
             return None;
@@ -35,7 +35,7 @@ impl Bins {
         }
     }
 
-    /// Where bin `bin` begins.
+    /// The lower end of bin `bin`.
     pub fn lower(&self, bin: usize) -> f64 {
         self.width * bin as f64
     }

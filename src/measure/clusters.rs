@@ -13,7 +13,7 @@ pub(super) fn components(bodies: usize, links: impl Iterator<Item = [usize; 2]>)
     let mut parent: Vec<usize> = (0..bodies).collect();
     for link in links {
         let [a, b] = link.map(|body| root(&mut parent, body));
-        // The smaller index stays, so that the result does not depend on the order of the links.
+        // The smaller index is the root, so that the result does not depend on the order of the links.
         parent[a.max(b)] = a.min(b);
     }
     (0..bodies).map(|body| root(&mut parent, body)).collect()
@@ -27,7 +27,8 @@ fn root(parent: &mut [usize], mut body: usize) -> usize {
     body
 }
 
-/// The sizes of components and how many have each; those of which `counts` of the root is false are left out.
+/// The sizes of components, with the number of components of each size; a component is omitted if `counts` of its root
+/// is false.
 pub(super) fn sizes(roots: &[usize], counts: impl Fn(usize) -> bool) -> BTreeMap<usize, usize> {
     let mut size = vec![0; roots.len()];
     for &root in roots {
@@ -40,7 +41,7 @@ pub(super) fn sizes(roots: &[usize], counts: impl Fn(usize) -> bool) -> BTreeMap
     sizes
 }
 
-/// How many components there are, their mean size and the largest.
+/// The number of components, their mean size and the largest size.
 pub(super) fn summary(sizes: &BTreeMap<usize, usize>) -> [Cell; 3] {
     let number: usize = sizes.values().sum();
     let members: usize = sizes.iter().map(|(size, count)| size * count).sum();
@@ -48,7 +49,7 @@ pub(super) fn summary(sizes: &BTreeMap<usize, usize>) -> [Cell; 3] {
     [count(number), mean, sizes.keys().next_back().map(|largest| *largest as f64)]
 }
 
-/// A row a size.
+/// One row per size.
 pub(super) fn rows(sizes: &BTreeMap<usize, usize>) -> Vec<Vec<Cell>> {
     sizes.iter().map(|(size, number)| vec![count(*size), count(*number)]).collect()
 }

@@ -5,14 +5,14 @@ use crate::bodies::Bodies;
 use crate::record::{States, Watch};
 use std::path::Path;
 
-/// How far the square of an orientation's length may be from 1: what is read as a rotation then turns axes by no more
-/// than this. States of a run in f32 are within 1e-15 (500 steps of two ellipsoids), so that this is for states made by
-/// others.
+/// The largest deviation of the squared norm of an orientation from 1; the error of rotated axes is then at most this.
+/// States of a run in f32 are within 1e-15 (500 steps of two ellipsoids), so this concerns states made by other
+/// programs.
 const UNIT_TOLERANCE: f64 = 1e-4;
 
-/// What was measured of which states.
+/// The measures of several states.
 pub struct Measured {
-    /// What all states share.
+    /// The data that all states share.
     pub frame: Frame,
     /// What the user chose.
     pub settings: Settings,
@@ -24,16 +24,16 @@ pub struct Measured {
     pub times: Vec<f64>,
     /// Numbers of bodies, by state.
     pub bodies: Vec<usize>,
-    /// What was found, by measure and state.
+    /// The results, by measure and state.
     pub found: Vec<Vec<Result<Found, LeftOut>>>,
-    /// What its user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
 /// Measures all of `states`, which were [opened](States::open) from `source`.
 ///
 /// # Errors
-/// States that cannot be read or hold numbers that are not finite; [`MeasureError::Stopped`] where `watch` says so.
+/// States that cannot be read or hold numbers that are not finite; [`MeasureError::Stopped`] if `watch` returns false.
 pub fn measure(
     source: impl AsRef<Path>,
     states: &States,
@@ -60,7 +60,7 @@ pub fn measure_last(
     measure_in(frame, states, states.len().saturating_sub(1), measures, settings, watch)
 }
 
-/// As [`measure()`], in a frame of one's own and from state `first` on.
+/// As [`measure()`], with a given frame, from state `first` on.
 pub(super) fn measure_in(
     frame: Frame,
     states: &States,
@@ -126,7 +126,7 @@ fn check(bodies: &Bodies, origin: &dyn Fn() -> String) -> Result<(), MeasureErro
 }
 
 impl Measured {
-    /// How many states were measured.
+    /// The number of measured states.
     pub fn len(&self) -> usize {
         self.times.len()
     }
@@ -141,7 +141,7 @@ impl Measured {
         self.measures.iter().flat_map(|measure| measure.columns())
     }
 
-    /// The numbers of state `state`, in the order of the columns.
+    /// The values of state `state`, in the order of the columns.
     pub fn values(&self, state: usize) -> impl Iterator<Item = Cell> {
         self.measures.iter().zip(&self.found).flat_map(move |(measure, found)| {
             let values = found[state].as_ref().ok().map(|found| found.values.as_slice());
@@ -150,7 +150,7 @@ impl Measured {
         })
     }
 
-    /// The number of state `state` in a column; none where there is none.
+    /// The value of state `state` in a column; none if it is not defined.
     pub fn value(&self, state: usize, column: &str) -> Cell {
         self.columns().zip(self.values(state)).find(|(of, _)| of.name == column)?.1
     }

@@ -1,7 +1,7 @@
-//! Contacts of the bodies: mean coordination `2 N_c / N`, how many bodies have none, and how many have each number.
+//! Contacts of the bodies: mean coordination `2 N_c / N`, the number of bodies without contacts, and the distribution.
 //!
-//! Two bodies touch where their separation is at most the cutoff, which every state tells; they push each other where
-//! the multiplier of their rows is above zero, which a checkpoint tells. M. van Hecke, J. Phys. Condens. Matter 22,
+//! Two bodies touch if their separation is at most the cutoff, which every state determines; they push each other if a
+//! multiplier of their rows is above zero, which only a checkpoint has. M. van Hecke, J. Phys. Condens. Matter 22,
 //! 033101 (2010) for the coordination number.
 
 use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
@@ -18,8 +18,8 @@ const COLUMNS: [Column; 7] = [
 
 const PROFILE: [Column; 3] = [
     Column { name: "contacts", what: "contacts of a body" },
-    Column { name: "touching", what: "bodies that touch so many" },
-    Column { name: "pushing", what: "bodies that so many push" },
+    Column { name: "touching", what: "bodies with this many touching neighbours" },
+    Column { name: "pushing", what: "bodies with this many pushing neighbours" },
 ];
 
 /// Contacts of the bodies.
@@ -65,7 +65,7 @@ impl Measure for Contacts {
     }
 }
 
-/// How many contacts the bodies have.
+/// The numbers of contacts of the bodies.
 struct Coordination {
     bodies: usize,
     pairs: usize,

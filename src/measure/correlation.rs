@@ -1,13 +1,13 @@
 //! Orientational correlation by distance, and its length.
 //!
 //! `C(r) = <cos 2 (theta_i - theta_j)>` in the plane, `<P_2(n_i . n_j)>` in space, over the pairs whose centres are `r`
-//! apart; the length is where `C` first falls to `1/e`, from `C(0) = 1`, straight between the bins' mean distances. D.
-//! Frenkel, R. Eppenga, Phys. Rev. A 31, 1776 (1985) for `g_2(r)` in the plane; for colonies R. Los et al.,
-//! arXiv:2003.10509 (2020).
+//! apart; the length is the distance at which `C` first falls to `1/e`, from `C(0) = 1`, by linear interpolation
+//! between the bins' mean distances. D. Frenkel, R. Eppenga, Phys. Rev. A 31, 1776 (1985) for `g_2(r)` in the plane;
+//! for colonies R. Los et al., arXiv:2003.10509 (2020).
 //!
-//! Where there are more pairs than [`super::CORRELATION_PAIRS`], those of some bodies with all others are counted, the
-//! bodies drawn by a seed: a pair's chance does not depend on its distance, so the mean is not shifted. The column of
-//! pairs tells how much a bin is worth.
+//! If there are more pairs than [`super::CORRELATION_PAIRS`], only the pairs of some bodies with all others count. A
+//! seed selects these bodies: the probability of a pair does not depend on its distance, so the mean is unbiased. The
+//! column of pairs shows how reliable a bin is.
 
 use super::bins::Bins;
 use super::{Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
@@ -34,8 +34,8 @@ const PROFILE: [Column; 3] = [
     Column { name: "pairs", what: "pairs in the bin" },
 ];
 
-/// Standard deviation of a pair's term where axes are independent: that of `cos 2 theta` and of `cos theta` in the
-/// plane, which those of `P_2` and of `cos theta` in space are below.
+/// The standard deviation of a pair's term for independent axes: that of `cos 2 theta` and of `cos theta` in the plane,
+/// an upper bound of those of `P_2` and `cos theta` in space.
 pub(super) const DEVIATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Bodies whose pairs are summed together: fixed, so that sums do not depend on the number of threads.
@@ -97,8 +97,8 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Over pairs of `bodies`, each with its centre and a direction; `term` is what a pair gives by the cosine between
-    /// its directions.
+    /// Sums over pairs of `bodies`, each with its centre and a direction; `term` maps the cosine between the directions
+    /// of a pair to its term.
     pub fn of(view: &View<'_>, bodies: &[(DVec3, DVec3)], term: impl Fn(f64) -> f64 + Sync) -> Result<Pairs, LeftOut> {
         if bodies.len() < 2 {
             return Err("a single body has no pair".into());
@@ -113,17 +113,17 @@ impl Pairs {
         Ok(Pairs { sums, bin: bins.width, references: references.len(), bodies: bodies.len() })
     }
 
-    /// How many pairs.
+    /// The number of pairs.
     pub fn number(&self) -> f64 {
         self.sums.iter().map(|sum| sum.pairs).sum()
     }
 
-    /// A row a bin that has pairs.
+    /// One row per bin with pairs.
     pub fn rows(&self) -> Vec<Vec<Cell>> {
         self.sums.iter().filter(|sum| sum.pairs > 0.0).map(Sum::row).collect()
     }
 
-    /// What one should know of them; `name` stands for the correlation.
+    /// A remark on the correlation, which it calls `name`.
     pub fn remark(&self, name: &str, view: &View<'_>) -> Option<String> {
         let mut remark = Vec::new();
         if self.length().is_none() {
@@ -132,12 +132,12 @@ impl Pairs {
         let (drawn, of) = (self.references, self.bodies);
         if drawn < of {
             let seed = view.settings.seed;
-            remark.push(format!("{name} is sampled: the pairs of {drawn} bodies of {of}, drawn by seed {seed}"));
+            remark.push(format!("{name} is sampled: the pairs of {drawn} bodies of {of}, selected by seed {seed}"));
         }
         (!remark.is_empty()).then(|| remark.join("; "))
     }
 
-    /// Where the means first cross `1/e`.
+    /// The distance at which the means first cross `1/e`.
     pub fn length(&self) -> Option<f64> {
         let mut before = (0.0, 1.0);
         for sum in self.sums.iter().filter(|sum| sum.pairs > 0.0) {
@@ -152,13 +152,13 @@ impl Pairs {
     }
 }
 
-/// All bodies where their pairs are no more than `most`; else as many, drawn, as have so many pairs, at least one.
+/// All bodies if they have at most `most` pairs; else as many random ones as have about `most` pairs, at least one.
 fn references(bodies: usize, seed: u64, most: usize) -> Vec<usize> {
     let mut indices: Vec<usize> = (0..bodies).collect();
     if bodies * (bodies - 1) / 2 <= most {
         return indices;
     }
-    // The first places of a Fisher-Yates shuffle.
+    // The first entries of a Fisher-Yates shuffle.
     let wanted = (most / (bodies - 1)).max(1);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     for place in 0..wanted {
@@ -188,7 +188,7 @@ impl Sum {
     }
 }
 
-/// The farthest that pairs of periodic space are counted: beyond, other images than the nearest are as far.
+/// The largest distance of pairs in periodic space: beyond it, other images than the nearest are as far away.
 fn half(period: f64) -> f64 {
     0.5 * period
 }

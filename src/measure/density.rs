@@ -1,5 +1,5 @@
-//! Density by distance from the mean of the centres, in rings, in space in shells: centres over the ring's area, and
-//! the part of it that bodies fill. A body's area is shared out to the rings that it reaches into. S. Torquato, "Random
+//! Density by distance from the mean of the centres, in rings, or in shells in space: centres over the ring's area, and
+//! the part of it that bodies fill. A body's area is distributed over the rings that it overlaps. S. Torquato, "Random
 //! Heterogeneous Materials", 2002, section 2.1.
 
 use super::bins::Bins;

@@ -1,4 +1,4 @@
-//! Power that drag takes, under the overdamped law: `sum of F . u + T . w = xi (L |u|^2 + L^3 |w|^2 / 12)` with the
+//! Power dissipated by drag, under the overdamped law: `sum of F . u + T . w = xi (L |u|^2 + L^3 |w|^2 / 12)` with the
 //! velocities of the last step (Palmer, Aktulga, Gao 2026 for the drag; Rayleigh's dissipation function is half of it).
 
 use super::{Column, Found, LeftOut, Measure, View, cell};
@@ -6,7 +6,7 @@ use super::{Column, Found, LeftOut, Measure, View, cell};
 const COLUMNS: [Column; 1] =
     [Column { name: "dissipation", what: "power that the bodies' drag takes; force times length over time" }];
 
-/// Power that drag takes.
+/// Power dissipated by drag.
 pub(super) struct Dissipation;
 
 impl Measure for Dissipation {

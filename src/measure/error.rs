@@ -6,7 +6,7 @@ use miette::Diagnostic;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why states could not be measured. The files that are complete by then stay.
+/// Why states could not be measured. Files that are already complete remain.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum MeasureError {
@@ -14,7 +14,7 @@ pub enum MeasureError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     States(StatesError),
-    /// The folder is not that of a run.
+    /// The folder does not belong to a run.
     #[error("{}: no state to measure", path.display())]
     #[diagnostic(help(
         "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
@@ -27,7 +27,7 @@ pub enum MeasureError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Record(#[from] RecordError),
-    /// There is no such measure.
+    /// The measure does not exist.
     #[error("unknown measure `{name}`")]
     #[diagnostic(help("the measures are {}", ALL.map(|measure| measure.name()).join(", ")))]
     Unknown {
@@ -57,7 +57,7 @@ pub enum MeasureError {
     Stopped {
         /// States done.
         done: usize,
-        /// States in all.
+        /// All states.
         all: usize,
     },
 }

@@ -1,7 +1,7 @@
 //! Force chains: the contacts that carry more than the mean force, and the components that they connect.
 //!
-//! The strong part of the force network as F. Radjai, M. Jean, J.-J. Moreau, S. Roux, Phys. Rev. Lett. 77, 274 (1996)
-//! have it; a chain here is one of its connected components, straight or not.
+//! The strong part of the force network is that of F. Radjai, M. Jean, J.-J. Moreau, S. Roux, Phys. Rev. Lett. 77, 274
+//! (1996); a chain here is one of its connected components, straight or not.
 
 use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
 use super::{Column, Found, LeftOut, Measure, Profile, View, cell, count};
@@ -50,7 +50,7 @@ impl Measure for ForceChains {
         let bodies = view.bodies().len();
         let mut in_chain = vec![false; bodies];
         strong.iter().flatten().for_each(|&body| in_chain[body] = true);
-        // The root is a body of its component, so it is in a chain where any of them is.
+        // The root is a body of its component, so it is in a chain if any of them is.
         let sizes = sizes(&components(bodies, strong.iter().copied()), |root| in_chain[root]);
         let mut values = vec![cell(mean), count(strong.len()), cell(strong.len() as f64 / pushing.len() as f64)];
         values.extend(summary(&sizes));

@@ -8,21 +8,21 @@ use crate::scene::{self, Scene};
 use serde::Serialize;
 use std::path::Path;
 
-/// What all states of a run share.
+/// The data that all states of a run share.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Frame {
-    /// Whether it is measured as a planar run: areas instead of volumes, angles in the plane.
+    /// Whether the run is measured as planar: areas instead of volumes, angles in the plane.
     pub planar: bool,
-    /// What that was found in.
+    /// The source of this information.
     pub planar_from: String,
-    /// The drag coefficient of the overdamped law, where that is the run's law, no flow carries its bodies and its
-    /// scene is there.
+    /// The drag coefficient of the overdamped law, if this is the run's law, no flow carries its bodies and its scene
+    /// is available.
     pub drag: Option<f64>,
-    /// The shear of the run's sheared cell, where it has one and its scene is there, and the flow that carries bodies,
-    /// under a law that has drag.
+    /// The shear of the run's sheared cell, if it has one and its scene is available, and the flow that carries bodies,
+    /// under a law with drag.
     #[serde(skip)]
     pub(super) shear: Option<(CellShear, Option<Stream>)>,
-    /// Which bodies do not move, where the scene is there.
+    /// The fixed bodies, if the scene is available.
     #[serde(skip)]
     pub(super) fixed: Fixed,
     /// Whether its scene removes bodies.
@@ -31,9 +31,9 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of `states`, which were [opened](States::open) from `source`: from the scene, which of a run's folder
-    /// or of a state in one is `scene.json`. Without a scene it is planar where all bodies of the last state lie in one
-    /// plane of constant z and are mirrored by it.
+    /// The frame of `states`, which were [opened](States::open) from `source`: from the scene, which is `scene.json`
+    /// for a run's folder or a state in one. Without a scene it is planar if all bodies of the last state have centres
+    /// in one plane of constant z and are mirror-symmetric in it.
     ///
     /// # Errors
     /// A scene or a state that cannot be read.

@@ -1,4 +1,4 @@
-//! Numbers and lengths of the bodies by group: species and strains.
+//! Number and lengths of the bodies by group: species and strains.
 //!
 //! Simpson's index measures how even a mixture is: the probability that two bodies drawn at random are of different
 //! groups, `1 - sum of n (n - 1) / (N (N - 1))` (E. H. Simpson, Nature 163, 688 (1949)). Bodies without a group are a
@@ -27,19 +27,19 @@ const PROFILE: [Column; 5] = [
 /// Bodies by group.
 pub(super) struct Groups;
 
-/// A group's number as tables and pictures have it: from 1, and 0 for none.
+/// A group's number in tables and pictures: from 1, and 0 for none.
 pub(crate) fn number(group: u32) -> u32 {
     if group == NO_GROUP { 0 } else { group.saturating_add(1) }
 }
 
-/// How many bodies each group has.
+/// The number of bodies in each group.
 pub(super) fn sizes(groups: &[u32]) -> BTreeMap<u32, usize> {
     let mut sizes = BTreeMap::new();
     groups.iter().for_each(|group| *sizes.entry(number(*group)).or_default() += 1);
     sizes
 }
 
-/// The probability that two bodies drawn at random are of one group; none where there are less than two.
+/// The probability that two bodies drawn at random are of one group; none with fewer than two bodies.
 pub(super) fn alike(sizes: &BTreeMap<u32, usize>) -> Option<f64> {
     let pairs = |n: usize| n as f64 * (n as f64 - 1.0);
     let all: usize = sizes.values().sum();

@@ -2,9 +2,9 @@
 //!
 //! The bodies' farthest points at equally spaced angles `d` apart are corners of the hull. Between two of them the
 //! boundary is an arc of one body, or a straight edge with an arc at each end; the edge's angle is found by bisection,
-//! so that edges are exact. What a chord `c` cuts off an arc that turns by `d` is the arc's 2/3 of the triangle between
-//! chord and tangents, `c^2 tan(d/2) / 6`, as Archimedes has it of a parabola: the error is of the order of `d^4` of a
-//! body's area. The area of the polygon is Gauss's formula.
+//! so that edges are exact. The segment between a chord `c` and an arc that turns by `d` has 2/3 of the area of the
+//! triangle between chord and tangents, `c^2 tan(d/2) / 6`, as for a parabola (Archimedes): the error is of the order
+//! of `d^4` of a body's area. The area of the polygon follows from Gauss's formula.
 
 use super::View;
 use super::interior::support;
@@ -12,11 +12,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Angles. The area of a lone body is then right to 1e-10 for a disc, 2e-8 for an ellipse of 1:5, 3e-7 for 1:10, 4e-6
-/// for 1:20.
+/// The number of angles. The area of a single body is then exact to 1e-10 for a disc, 2e-8 for an ellipse of 1:5, 3e-7
+/// for 1:10, 4e-6 for 1:20.
 const ANGLES: usize = 720;
 
-/// Halvings of the step between two angles: down to the last bits.
+/// Halvings of the step between two angles: down to rounding.
 const HALVINGS: usize = 50;
 
 /// A corner of the hull.
@@ -39,7 +39,7 @@ pub(super) fn area(view: &View<'_>) -> f64 {
 /// The area between the centre and the boundary from one corner to the next.
 fn between(view: &View<'_>, from: Corner, to: Corner) -> f64 {
     let reach = view.bodies().shape[from.body].bounding_radius();
-    // A longer chord of one body is a straight edge of it.
+    // A longer chord of a body is a straight edge.
     if from.body == to.body && from.point.distance(to.point) <= 2.0 * (to.angle - from.angle) * reach {
         return arc(from, to);
     }
@@ -87,7 +87,7 @@ fn farthest(view: &View<'_>, angle: f64) -> Corner {
     let normal = direction(angle);
     let along = |i: usize| (bodies.position[i] - view.centre).dot(normal);
     let centres = (0..bodies.len()).map(along).fold(f64::NEG_INFINITY, f64::max);
-    // A body whose ball does not come up to the farthest centre cannot decide.
+    // A body whose bounding ball does not reach the farthest centre cannot be the farthest.
     (0..bodies.len())
         .filter(|&i| along(i) + bodies.shape[i].bounding_radius() >= centres)
         .map(|i| corner(view, i, angle))

@@ -1,8 +1,8 @@
-//! Where the matter of a body lies: its farthest point in a direction, points that stand for equal parts of it, and the
-//! area of its section with the plane of a planar run.
+//! The interior of a body: its farthest point in a direction, points that represent equal parts of it, and the area of
+//! its section with the plane of a planar run.
 //!
-//! Points of rods, spheres and ellipsoids are those of a Halton sequence in the box of the body that lie inside it (J.
-//! H. Halton, Numer. Math. 2, 84 (1960)); those of a ring lie on its centreline.
+//! The points of rods, spheres and ellipsoids are those of a Halton sequence in the body's box that are inside the body
+//! (J. H. Halton, Numer. Math. 2, 84 (1960)); those of a ring are on its centreline.
 
 use crate::separation::point_to_convex;
 use crate::shape::{Centreline, Convex, Geometry, Shape};
@@ -10,16 +10,16 @@ use glam::{DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Points tried a body. In a colony of 512 cells the part filled of rings of one diameter's width is within 0.004 from
-/// the fifth ring on and within 0.01 in the first four (0.003 and 0.003 with 1,024, 0.016 and 0.032 with 64), compared
-/// with points on a grid of 1/50 of a diameter.
+/// The number of sample points per body. In a colony of 512 cells the filled part of rings with the width of one
+/// diameter has an error below 0.004 from the fifth ring on and below 0.01 in the first four (0.003 and 0.003 with
+/// 1,024, 0.016 and 0.032 with 64), compared with points on a grid of 1/50 of a diameter.
 const TRIED: usize = 512;
 
 /// The points in the box from -1 to 1.
 static IN_BOX: LazyLock<Vec<DVec3>> =
     LazyLock::new(|| (1..=TRIED).map(|k| DVec3::new(halton(k, 2), halton(k, 3), halton(k, 5))).collect());
 
-/// Fills `out` with points, from the body's centre, that stand for equal parts of it.
+/// Fills `out` with points, relative to the body's centre, that represent equal parts of it.
 pub(super) fn points(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, planar: bool, out: &mut Vec<DVec3>) {
     out.clear();
     match shape.geometry() {
@@ -32,7 +32,7 @@ pub(super) fn points(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, pla
 fn ring(radius: f64, orientation: DQuat, planar: bool, out: &mut Vec<DVec3>) {
     let axis = orientation * DVec3::Z;
     if planar && axis.z.abs() < 0.5 {
-        // It stands on the plane and meets it in two discs.
+        // It is perpendicular to the plane and intersects it in two discs.
         let side = DVec3::Z.cross(axis).normalize() * radius;
         out.extend([-side, side]);
         return;
@@ -48,7 +48,7 @@ fn in_space(shape: &Shape, orientation: DQuat, out: &mut Vec<DVec3>) {
 }
 
 fn in_plane(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, out: &mut Vec<DVec3>) {
-    // The box is laid along the axis, so that a long body fills it.
+    // The box is aligned with the axis, so that a long body fills it.
     let turn = DQuat::from_rotation_z(axis.map_or(0.0, |axis| axis.y.atan2(axis.x)));
     let half = shape.half_extents(turn.inverse() * orientation);
     let tried = IN_BOX.iter().map(|point| turn * (half * *point).with_z(0.0));
@@ -83,7 +83,7 @@ fn halton(mut k: usize, base: usize) -> f64 {
     2.0 * value - 1.0
 }
 
-/// Area of the section of a body with the plane through its centre that mirrors it.
+/// Area of the section of a body with its plane of symmetry.
 pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
     let upright = (orientation * DVec3::Z).z.abs() > 0.5;
     match shape.geometry() {
@@ -109,12 +109,12 @@ pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
     }
 }
 
-/// Normals that a custom shape's section is integrated over. The integrand is periodic: the area of an ellipse of
-/// aspect ratio 50 is good to 1e-6.
+/// The number of normals for the integral over a custom shape's section. The integrand is periodic: the area of an
+/// ellipse of aspect ratio 50 is exact to 1e-6.
 const NORMALS: usize = 1024;
 
-/// The plane mirrors the body, so the points with normals in it are its section's outline: with the support function
-/// `h` of the angle the area is half the integral of `h^2 - h'^2`.
+/// The body is symmetric in the plane, so the points with normals in the plane are the outline of its section: with the
+/// support function `h` of the angle the area is half the integral of `h^2 - h'^2`.
 fn section_of_convex(shape: Convex, orientation: DQuat) -> f64 {
     let part = |k: usize| {
         let angle = TAU * k as f64 / NORMALS as f64;

@@ -18,7 +18,7 @@ const PROFILE: [Column; 3] = [
     Column { name: "bodies", what: "rods in the bin" },
 ];
 
-/// Bins a thickness: a cell that grows from two to four diameters goes through sixteen.
+/// Bins per thickness: a cell that grows from two to four diameters passes sixteen.
 const BINS_PER_THICKNESS: f64 = 8.0;
 
 /// Lengths.

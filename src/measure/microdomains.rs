@@ -1,8 +1,8 @@
-//! Microdomains: bodies connected by contacts of nearly parallel ones.
+//! Microdomains: bodies that are connected by contacts between nearly parallel bodies.
 //!
-//! As Z. You, D. J. G. Pearce, A. Sengupta, L. Giomi, Phys. Rev. X 8, 031065 (2018) speak of them in colonies: domains
-//! of highly aligned cells. Two bodies that touch, and whose axes make less than a stated angle, are of one domain; the
-//! angle is the user's to choose. A body with an axis that is aligned with none that it touches is a domain of one.
+//! The domains of highly aligned cells in colonies of Z. You, D. J. G. Pearce, A. Sengupta, L. Giomi, Phys. Rev. X 8,
+//! 031065 (2018). Two touching bodies belong to one domain if the angle between their axes is below a threshold, which
+//! the user chooses. A body with an axis that is aligned with no touching body is a domain of one.
 
 use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
 use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell};
@@ -50,7 +50,7 @@ impl Measure for Microdomains {
         let angle = view.settings.domain_angle_degrees;
         let aligned = |[a, b]: &[usize; 2]| {
             let (Some(a), Some(b)) = (view.axes[*a], view.axes[*b]) else { return false };
-            // By the sine as well as the cosine: a small angle has a cosine of 1 up to rounding.
+            // From the sine and the cosine: a small angle has a cosine of 1 up to rounding.
             a.cross(b).length().atan2(a.dot(b).abs()).to_degrees() < angle
         };
         let links = view.touching().map(|contact| contact.pair).filter(aligned);

@@ -1,9 +1,9 @@
-//! Measures of recorded states: what papers on colonies, packings and nematic order report of a run.
+//! Measures of recorded states, as reported in papers on colonies, packings and nematic order.
 //!
-//! One file is one [`Measure`], and [`ALL`] is their table. A measure sees one state as a [`View`] and gives numbers
-//! for the state's row of `measures.csv`, and for some a profile: rows over distance, length or size. A measure that a
-//! state cannot give is left out with the reason ([`LeftOut`]); a number that cannot be given is an empty cell, never 0
-//! or NaN. Formulas with their sources: `docs/measures.md`.
+//! Each [`Measure`] has its own file, and [`ALL`] is their table. A measure reads one state as a [`View`] and returns
+//! values for the state's row of `measures.csv`. Some also return a profile: rows over distance, length or size. A
+//! measure that is not defined for a state is omitted with the reason ([`LeftOut`]); an undefined value is an empty
+//! cell, never 0 or NaN. Formulas with their sources: `docs/measures.md`.
 //!
 //! ```
 //! use relcp::record::States;
@@ -56,15 +56,15 @@ pub use output::{Document, write};
 pub use tracks::{Point, Track, Tracks};
 pub use view::View;
 
-/// Pairs whose orientations are compared for C(r) of one state, at most. Up to 8,192 bodies have no more; of 131,072
-/// bodies they take 0.7 s of a core at 2.5 GHz.
+/// The largest number of pairs for C(r) of one state. Up to 8,192 bodies have no more; for 131,072 bodies they take 0.7
+/// s of a core at 2.5 GHz.
 pub const CORRELATION_PAIRS: usize = 1 << 25;
 
-/// Two touching bodies whose axes differ by less than this belong to one microdomain, without another angle; degrees. A
-/// choice: the sizes depend on it, as `docs/measures.md` shows.
+/// The default angle: two touching bodies belong to one microdomain if their axes differ by less than this, in degrees.
+/// The sizes depend on this choice, as `docs/measures.md` shows.
 pub const DOMAIN_ANGLE: f64 = 3.0;
 
-/// What one may choose of the measures.
+/// The settings of the measures.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Settings {
     /// Width of distance bins; without it the median thickness of the bodies.
@@ -75,9 +75,9 @@ pub struct Settings {
     pub domain_angle_degrees: f64,
     /// Pairs nearer than this touch; without it [`crate::record::TOUCHING`] of the least thickness.
     pub cutoff: Option<f64>,
-    /// What the bodies are drawn by where C(r) is sampled.
+    /// The seed of the selected bodies if C(r) is sampled.
     pub seed: u64,
-    /// Most pairs of C(r) of a state.
+    /// The largest number of pairs for C(r) of a state.
     pub correlation_pairs: usize,
 }
 
@@ -97,9 +97,9 @@ impl Default for Settings {
 /// A column of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Column {
-    /// Its name, which no other column of the table has.
+    /// Its name, unique in the table.
     pub name: &'static str,
-    /// What it holds.
+    /// Its description.
     pub what: &'static str,
 }
 
@@ -110,37 +110,37 @@ pub struct Profile {
     pub columns: &'static [Column],
     /// The column drawn along y.
     pub drawn: usize,
-    /// The column that tells how much a row is worth, where one does.
+    /// The column with the counts of a row, if it has one.
     pub counts: Option<Counts>,
 }
 
-/// How many things a row of a profile is made from, and what that says of its error.
+/// The counts of the rows of a profile, and how errors follow from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
-    /// The column of these numbers.
+    /// The column of these counts.
     pub column: usize,
     /// How the error of the drawn column follows from them.
     pub spread: Spread,
 }
 
-/// Where the error of a row comes from.
+/// The source of the error of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spread {
     /// The row is proportional to its count: the relative error is one over its root.
     OfCount,
-    /// The row is a mean over its count, of numbers with this standard deviation.
+    /// The row is a mean over its count of values with this standard deviation.
     OfMean(f64),
-    /// This column holds it.
+    /// This column has the error.
     Column(usize),
 }
 
 /// A cell of a table; `None` if the state does not define it.
 pub type Cell = Option<f64>;
 
-/// What a measure found in one state.
+/// The result of a measure for one state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Found {
-    /// A number a column.
+    /// One value per column.
     pub values: Vec<Cell>,
     /// The rows of the profile.
     pub rows: Vec<Vec<Cell>>,
@@ -148,7 +148,7 @@ pub struct Found {
     pub remark: Option<String>,
 }
 
-/// Why a measure is left out of a state.
+/// Why a measure is omitted for a state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeftOut(pub String);
 
@@ -160,7 +160,7 @@ impl From<&str> for LeftOut {
 
 /// A measure.
 pub trait Measure: Sync {
-    /// Its name: what [`select`] takes, and what its profile's file is called.
+    /// Its name, for [`select`] and for the file of its profile.
     fn name(&self) -> &'static str;
     /// A description in one line.
     fn about(&self) -> &'static str;
@@ -170,24 +170,24 @@ pub trait Measure: Sync {
     fn profile(&self) -> Option<Profile> {
         None
     }
-    /// The columns to be drawn over time, those in one plot together; a plot is named after its first column.
+    /// The columns to plot over time, grouped by plot; a plot is named after its first column.
     fn plots(&self) -> &'static [&'static [&'static str]];
     /// Measures a state.
     ///
     /// # Errors
-    /// [`LeftOut`] where the state does not have what it takes.
+    /// [`LeftOut`] if the state lacks the required data.
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut>;
-    /// Adds what takes more than one state; `found` has the state of each time.
+    /// Adds values that need more than one state; `found` has the result of each time.
     fn over_time(&self, _times: &[f64], _found: &mut [Result<Found, LeftOut>]) {}
-    /// Whether it takes the tracks of bodies.
+    /// Whether it needs the tracks of bodies.
     fn follows(&self) -> bool {
         false
     }
-    /// Adds what takes them, where it does; a profile by lag time is that of the last state.
+    /// Adds values that need tracks, if any; a profile by lag time belongs to the last state.
     fn along(&self, _times: &[f64], _tracks: &Tracks, _found: &mut [Result<Found, LeftOut>]) {}
 }
 
-/// The measures: to add one, write its file and name it here.
+/// The measures. To add one, write its file and list it here.
 pub static ALL: [&dyn Measure; 17] = [
     &nematic::Nematic,
     &correlation::Correlation,
@@ -208,7 +208,7 @@ pub static ALL: [&dyn Measure; 17] = [
     &removal::Removed,
 ];
 
-/// The measures of these names, in the order of the table; all where no name is given.
+/// The measures of these names, in the order of the table; all if no name is given.
 ///
 /// # Errors
 /// [`MeasureError::Unknown`] for a name that no measure has.

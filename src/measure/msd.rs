@@ -1,9 +1,9 @@
-//! Mean squared displacement and rotation by lag time, over all pairs of states so far apart (A. Einstein, Ann. Phys.
-//! 322, 549 (1905); of rotations S. Kämmerer, W. Kob, R. Schilling, Phys. Rev. E 56, 5450 (1997)), and how long bodies
-//! keep the direction of their velocity.
+//! Mean squared displacement and rotation by lag time, over all pairs of states with this lag (A. Einstein, Ann. Phys.
+//! 322, 549 (1905); of rotations S. Kämmerer, W. Kob, R. Schilling, Phys. Rev. E 56, 5450 (1997)), and the persistence
+//! of the direction of velocity.
 //!
-//! The pairs of one body are not independent; bodies are taken to be. So standard errors are those of a ratio of sums
-//! over bodies (W. G. Cochran, *Sampling Techniques*, 1977, section 6.3).
+//! The pairs of one body are not independent; different bodies are assumed to be. So standard errors are those of a
+//! ratio of sums over bodies (W. G. Cochran, *Sampling Techniques*, 1977, section 6.3).
 
 use super::tracks::{Track, Tracks};
 use super::{Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
@@ -27,11 +27,11 @@ const PROFILE: [Column; 8] = [
     Column { name: "pairs", what: "pairs of states, over all bodies" },
 ];
 
-/// Lags that are measured, at most: all of up to as many states, else some, each longer by about the same factor.
+/// The largest number of lags: all for up to this many states, else a geometric sequence.
 const LAGS: usize = 100;
-/// Rows of the profile, at most: where times are irregular, near lags have a row together.
+/// The largest number of rows of the profile: at irregular times, near lags share a row.
 const ROWS: usize = 1000;
-/// Lags are one where they differ by less than this part of the whole time: times are sums of steps, rounded.
+/// Lags are equal if they differ by less than this part of the whole time, because times are rounded sums of steps.
 const SAME: f64 = 1e-9;
 /// Bodies whose pairs are summed together: fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 64;
@@ -88,7 +88,7 @@ impl Measure for Msd {
     }
 }
 
-/// The means over the bodies of the first state that are still there.
+/// The means over the bodies of the first state that still exist.
 fn since_first(tracks: &Tracks, state: usize) -> Vec<Cell> {
     let there = tracks.all.iter().filter(|track| track.first == 0);
     let mut sum = (0.0, 0.0, 0_usize);
@@ -101,7 +101,7 @@ fn since_first(tracks: &Tracks, state: usize) -> Vec<Cell> {
     vec![over(sum.0), over(sum.1), count(sum.2)]
 }
 
-/// Steps from state to state that are measured, of so many states.
+/// The lags, as numbers of states, for `states` states.
 fn steps(states: usize) -> Vec<usize> {
     let longest = states.saturating_sub(1);
     if longest <= LAGS {
@@ -112,7 +112,7 @@ fn steps(states: usize) -> Vec<usize> {
     spaced.into_iter().filter(|step| *step <= longest).collect()
 }
 
-/// Where each group of lags begins.
+/// The first lag of each group.
 fn groups(times: &[f64], steps: &[usize]) -> Vec<f64> {
     let mut lags: Vec<f64> =
         steps.iter().flat_map(|step| times.iter().zip(&times[*step..]).map(|(from, to)| to - from)).collect();
@@ -143,7 +143,7 @@ struct Own {
     cosine: f64,
 }
 
-/// Sums over bodies: of their sums, and of products of those.
+/// Sums over bodies: of their sums, and of products of these.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     own: Own,
@@ -191,7 +191,7 @@ impl Sum {
         }
     }
 
-    /// The standard error of `sum / pairs`; none of a single body.
+    /// The standard error of `sum / pairs`; none for a single body.
     fn error(&self, sum: f64, [squares, mixed]: [f64; 2]) -> Cell {
         let mean = sum / self.own.pairs;
         let spread = squares - 2.0 * mean * mixed + mean * mean * self.pairs_squared;

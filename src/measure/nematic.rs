@@ -5,8 +5,8 @@
 //! Gennes, J. Prost, "The Physics of Liquid Crystals", 1993, section 2.1; the estimate's excess of order `1 / sqrt(N)`:
 //! R. Eppenga, D. Frenkel, Mol. Phys. 52, 1303 (1984).
 //!
-//! Local order is the mean over the bodies of the `S` of a body and those within a distance of it. Two bodies alone
-//! have `S` > 0 however they lie, so the mean number of neighbours stands beside it.
+//! Local order is the mean over the bodies of the `S` of a body and its neighbours within a distance. Two bodies alone
+//! have `S` > 0 at any orientation, so the mean number of neighbours is given too.
 
 use super::{Column, Found, LeftOut, Measure, View, cell, count};
 use crate::measure::view::median;
@@ -23,10 +23,10 @@ const COLUMNS: [Column; 6] = [
     Column { name: "nematic_local_neighbours", what: "mean number of others in a neighbourhood" },
 ];
 
-/// Most pairs that are listed for local order: a gigabyte.
+/// The largest number of pairs for local order: a gigabyte.
 const MOST_PAIRS: f64 = (1_u32 << 27) as f64;
 
-/// Bodies whose neighbours are counted before they are listed.
+/// The number of bodies from which the number of pairs is estimated before the search.
 const ASKED: usize = 64;
 
 /// Nematic order.
@@ -61,7 +61,7 @@ impl Measure for Nematic {
             .settings
             .neighbourhood
             .unwrap_or_else(|| median(view.bodies().shape.iter().map(|shape| shape.major_axis())));
-        // Farther away other images than the nearest count too.
+        // Farther away, images other than the nearest would count too.
         let radius = view.bodies().periods.shortest().map_or(radius, |period| radius.min(0.5 * period));
         let (local, neighbours) = match crowd(view, &among, radius) {
             pairs if pairs > MOST_PAIRS => (None, f64::NAN),
@@ -90,7 +90,7 @@ fn no_local(neighbours: f64) -> String {
     "no body has a neighbour with an axis, so there is no local order".into()
 }
 
-/// About how many pairs the search for neighbours would list: from some of the bodies, evenly spaced in their order.
+/// An estimate of the number of pairs of the neighbour search, from some of the bodies, evenly spaced in their order.
 fn crowd(view: &View<'_>, among: &[usize], radius: f64) -> f64 {
     let position = |i: &usize| view.bodies().position[*i];
     let periods = view.bodies().periods;
@@ -102,7 +102,7 @@ fn crowd(view: &View<'_>, among: &[usize], radius: f64) -> f64 {
     0.5 * found as f64 * among.len() as f64 / asked().count() as f64
 }
 
-/// The mean order of the neighbourhoods that have a neighbour in them, and the mean number of neighbours.
+/// The mean order of the neighbourhoods with at least one neighbour, and the mean number of neighbours.
 fn local(view: &View<'_>, among: &[usize], axes: &[DVec3], radius: f64) -> (Option<f64>, f64) {
     let mut orders = vec![Order::default(); axes.len()];
     for (order, axis) in orders.iter_mut().zip(axes) {
@@ -154,7 +154,7 @@ impl Order {
         1.5 * Matrix3::from_column_slice(&dyad).symmetric_eigenvalues().max() - 0.5
     }
 
-    /// Of an isotropic sum there is none.
+    /// The angle of the director; none for an isotropic sum.
     fn director_degrees(&self) -> Option<f64> {
         let (xx, xy) = self.planar();
         let degrees = 0.5 * xy.atan2(xx).to_degrees();

@@ -1,5 +1,5 @@
-//! The files of a measurement: `measures.csv` with a row a state, `NAME.csv` with the rows of a profile by state,
-//! `measures.json` with all of it, and a plot a file.
+//! The files of a measurement: `measures.csv` with one row per state, `NAME.csv` with the rows of a profile by state,
+//! `measures.json` with everything, and one file per plot.
 
 use super::{Cell, Column, Frame, MeasureError, Measured, Settings, plot};
 use crate::figure::Format;
@@ -14,7 +14,7 @@ const TABLE: &str = "measures.csv";
 /// The file of everything.
 const DOCUMENT: &str = "measures.json";
 
-/// Everything that was measured, as `measures.json` has it.
+/// All results, as in `measures.json`.
 #[derive(Serialize)]
 pub struct Document<'a> {
     frame: &'a Frame,
@@ -38,7 +38,7 @@ struct StateOf<'a> {
     time: f64,
     bodies: usize,
     values: BTreeMap<&'static str, Cell>,
-    /// By measure: why it, or a part of it, is missing.
+    /// By measure: the reason why it, or a part of it, is missing.
     remarks: BTreeMap<&'static str, &'a str>,
     /// By measure: the rows of its profile.
     profiles: BTreeMap<&'static str, &'a [Vec<Cell>]>,
@@ -81,8 +81,8 @@ impl<'a> StateOf<'a> {
     }
 }
 
-/// Writes the files of a measurement into a folder, which is made where it is not there, and returns their paths. Those
-/// that an earlier measurement left there and this one does not make are removed.
+/// Writes the files of a measurement into a folder, which is created if necessary, and returns their paths. Files of an
+/// earlier measurement that this one does not write are removed.
 ///
 /// # Errors
 /// A file or a folder that cannot be written, a plot that cannot be made.
@@ -114,7 +114,7 @@ pub fn write(measured: &Measured, folder: &Path, formats: &[Format]) -> Result<V
     Ok(paths)
 }
 
-/// Removes what measures of this program call theirs and is not among `paths`.
+/// Removes files with names of this program's measures that are not among `paths`.
 fn remove_others(folder: &Path, paths: &[PathBuf]) -> Result<(), RecordError> {
     let tables = super::ALL.iter().map(|m| format!("{}.csv", m.name()));
     let profiles = super::ALL.iter().map(|m| plot::profile_name(m.name()));
@@ -156,7 +156,7 @@ fn table(measured: &Measured, path: &Path) -> Result<Vec<u8>, MeasureError> {
     pack(header.map(String::from).collect(), (0..measured.len()).map(row), path)
 }
 
-/// The rows of a measure's profile by state; none where no state has any.
+/// The rows of a measure's profile by state; none if no state has any.
 fn rows(measured: &Measured, at: usize, columns: &[Column], path: &Path) -> Result<Option<Vec<u8>>, MeasureError> {
     let found = &measured.found[at];
     if found.iter().all(|found| found.as_ref().map_or(true, |found| found.rows.is_empty())) {

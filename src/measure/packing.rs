@@ -1,10 +1,10 @@
-//! Packing fraction, of the whole and of its core, or of a periodic cell.
+//! Packing fraction of the whole and of its core, or of a periodic cell.
 //!
-//! Of the whole: the bodies' area over that of their convex hull, in the plane. Of the core: the part that bodies fill
-//! of the disc, in space of the ball, whose radius is the radius of gyration about the mean of the centres, so that
-//! neither the outline nor what lies beyond it counts; a uniform disc has half of its area in it. Fractions of sections
-//! through windows inside a packing: S. Torquato, "Random Heterogeneous Materials", 2002, section 2.6; the hull as a
-//! colony's outline is a choice of this program.
+//! Of the whole: the bodies' area over that of their convex hull, in the plane. Of the core: the filled part of the
+//! disc (in space the ball) about the mean of the centres with the radius of gyration, so that neither the outline nor
+//! bodies beyond it count; a uniform disc has half of its area in the core. Fractions of sections through windows
+//! inside a packing: S. Torquato, "Random Heterogeneous Materials", 2002, section 2.6; the hull as a colony's outline
+//! is a choice of this program.
 
 use super::{Column, Found, LeftOut, Measure, View, cell, hull, interior, radius};
 use glam::DVec3;
@@ -72,7 +72,7 @@ impl Measure for Packing {
     }
 }
 
-/// In periodic space, where there is neither an outline nor a core.
+/// The packing fraction in periodic space, which has neither an outline nor a core.
 fn in_cell(view: &View<'_>, volume: f64) -> Found {
     let periods = view.bodies().periods;
     let packing = periods.volume(view.planar()).and_then(|whole| cell(volume / whole));
@@ -89,8 +89,8 @@ fn core(view: &View<'_>) -> Option<f64> {
     if gyration > 0.0 { cell(filled[0] / view.ball(gyration)) } else { None }
 }
 
-/// The volume of all bodies shared out to `count` places: `place` says where a distance from the centre belongs, and
-/// the distances of a place are an interval.
+/// The volume of all bodies, distributed to `count` bins: `place` gives the bin of a distance from the centre, and the
+/// distances of a bin are an interval.
 pub(super) fn spread(view: &View<'_>, count: usize, place: impl Fn(f64) -> Option<usize> + Sync) -> Vec<f64> {
     let bodies = view.bodies();
     let starts: Vec<usize> = (0..bodies.len()).step_by(CHUNK).collect();

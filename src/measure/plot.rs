@@ -1,4 +1,4 @@
-//! Plots of a measurement: numbers over time, and profiles of a few states.
+//! Plots of a measurement: values over time, and profiles of a few states.
 
 use super::{Cell, Column, Counts, Measured, Spread};
 use crate::figure::Figure;
@@ -12,20 +12,20 @@ use plotters::prelude::*;
 /// Width and height in points: three quarters as high as wide.
 const SIDES: [u32; 2] = [COLUMN, COLUMN * 3 / 4];
 
-/// Most states whose profiles are drawn, the last of them the last state that has one.
+/// The largest number of states whose profiles are drawn, including the last state with a profile.
 const STATES: usize = 5;
 
-/// The last of the times stands here on the viridis scale, whose end is too light on white.
+/// The position of the last time on the viridis scale, whose end is too light on white.
 const LIGHTEST: f64 = 0.85;
 
-/// A row of a profile that fewer things were counted for is pale: its error is over a sixth of what it tells.
+/// A row of a profile with fewer counts is pale: its error exceeds a sixth of its value.
 const FEW: f64 = 30.0;
 
-/// Parts of a colour that stay in a band of errors, and in the pale end of a curve.
+/// The opacities of a band of errors, and of the pale part of a curve.
 const BAND: f64 = 0.25;
 const PALE: f64 = 0.35;
 
-/// A point of a curve: where, how far it may be off, and whether it is worth little.
+/// A point of a curve: its position, its error, and whether it is noisy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Point {
     x: f64,
@@ -42,12 +42,12 @@ struct Curve {
     colour: RGBColor,
 }
 
-/// A plot that was not drawn: its name and what went wrong.
+/// A plot that could not be drawn: its name and the error.
 type Undrawn = (String, String);
 
 type Chart<'a, 'b> = ChartContext<'a, Sheet<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// The name of a plot over time, without the end of its file.
+/// The name of a plot over time, without file extension.
 pub(super) fn time_name(columns: &[&str]) -> String {
     columns.first().copied().unwrap_or_default().into()
 }
@@ -57,7 +57,7 @@ pub(super) fn profile_name(measure: &str) -> String {
     format!("{measure}_profile")
 }
 
-/// All plots that have anything to show, by name. A single state has no course over time.
+/// All plots with data, by name. A single state gives no plot over time.
 pub(super) fn plots(measured: &Measured) -> Result<Vec<(String, Figure)>, Undrawn> {
     let mut plots = Vec::new();
     for (at, measure) in measured.measures.iter().enumerate() {
@@ -88,14 +88,14 @@ pub(super) fn plots(measured: &Measured) -> Result<Vec<(String, Figure)>, Undraw
         .collect()
 }
 
-/// A column's name in words, with its unit.
+/// A column's name with spaces, and its unit.
 fn labelled(column: &Column) -> String {
     let unit = unit(column);
     let name = column.name.replace('_', " ").replace(" degrees", "");
     if unit.is_empty() { name } else { format!("{name} ({unit})") }
 }
 
-/// The unit of a column, in units of the scene, as its description ends; empty for a pure number.
+/// The unit of a column, in units of the scene, from the end of its description; empty for a pure number.
 fn unit(column: &Column) -> String {
     if column.name.ends_with("_degrees") {
         return "degrees".into();
@@ -142,7 +142,7 @@ fn profiles(measured: &Measured, at: usize, drawn: usize, counts: Option<Counts>
 }
 
 impl Counts {
-    /// The standard error of a value of a row that is made from so many.
+    /// The standard error of a value in a row with this count.
     fn error(self, row: &[Cell], value: f64, count: f64) -> f64 {
         match self.spread {
             _ if count <= 0.0 => 0.0,
@@ -159,7 +159,7 @@ fn spaced(all: usize) -> Vec<usize> {
     (1..=drawn).map(|k| k * all / drawn - 1).collect()
 }
 
-/// The range of values, widened where it is empty.
+/// The range of values, widened if it is empty.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
     if high > low {
@@ -172,7 +172,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result<Figure, Failed> {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let (x_low, x_high) = range(points().map(|point| point.x));
-    // Errors of pale points do not decide the picture. Zero belongs to it where it is not far.
+    // Errors of pale points do not affect the range. Zero is included if it is near.
     let sure = |point: &&Point| !point.noisy;
     let ends = |point: &Point| [point.y - point.error, point.y + point.error];
     let (y_low, y_high) = range(points().map(|point| point.y).chain(points().filter(sure).flat_map(ends)));
@@ -199,7 +199,7 @@ fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result
     })
 }
 
-/// The band of errors, then the curve, pale where it is worth little. A point alone is a dot.
+/// Draws the band of errors, then the curve, pale where it is noisy. A single point is a dot.
 fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Failed> {
     let (points, colour) = (&curve.points, curve.colour);
     let at = |point: &Point| (point.x, point.y);
@@ -210,7 +210,7 @@ fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Failed> {
         let corners = [(a.x, a.y - a.error), (b.x, b.y - b.error), (b.x, b.y + b.error), (a.x, a.y + a.error)];
         chart.draw_series([Polygon::new(corners, colour.mix(BAND))])?;
     }
-    // Runs of points that are drawn alike; each begins with the last point of the one before.
+    // Runs of points in the same style; each begins with the last point of the one before.
     let mut first = 0;
     while first + 1 < points.len() {
         let noisy = |k: usize| points[k].noisy || points[k + 1].noisy;
@@ -225,7 +225,7 @@ fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Failed> {
     Ok(())
 }
 
-/// The names over the axes; none of a single number, which the axis names.
+/// The legend; none for a single curve, which the axis names.
 fn names(curves: &[Curve]) -> Vec<Name> {
     let mut names = Vec::new();
     if curves.len() > 1 || curves.iter().any(|curve| curve.name.starts_with("t =")) {
@@ -270,7 +270,7 @@ mod tests {
             ["fill=\"#000000\" fill-opacity=\"0.25\"", "stroke-opacity=\"0.35\""].map(|ink| svg.matches(ink).count());
         assert!(svg.contains("pale: fewer than 30") && blue == 1 && pale == 1, "{svg}");
         assert!(svg.contains("width=\"86.08mm\"") && svg.contains("font-size=\"80\""), "{svg}");
-        // Arcs of a dot, where the ticks and lines of the axes have none.
+        // A dot has arcs; the ticks and lines of the axes have none.
         assert!(!svg.contains('Q') && draw(vec![point(1.0, false)]).contains('Q'));
     }
 }

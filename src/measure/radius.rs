@@ -2,8 +2,8 @@
 //!
 //! The radius of gyration is `sqrt(<|x - c|^2>)` of the centres about their mean `c` (P. J. Flory, "Principles of
 //! Polymer Chemistry", 1953, chapter X); the outermost radius the distance from `c` to the farthest point of a body.
-//! The expansion rate is the derivative of the outermost radius: of the parabola through a state and its neighbours in
-//! time, of the chord at the ends (B. Fornberg, Math. Comp. 51, 699 (1988)).
+//! The expansion rate is the derivative of the outermost radius: that of the parabola through a state and its
+//! neighbours in time, at the ends that of the chord (B. Fornberg, Math. Comp. 51, 699 (1988)).
 
 use super::{Cell, Column, Found, LeftOut, Measure, View, cell};
 
@@ -16,7 +16,7 @@ const COLUMNS: [Column; 3] = [
     Column { name: "expansion_rate", what: "derivative of radius_outermost by time; length over time" },
 ];
 
-/// Where the columns are.
+/// The indices of the columns.
 const OUTERMOST: usize = 1;
 const RATE: usize = 2;
 

@@ -1,4 +1,4 @@
-//! Bodies that left: how many so far, by each rule, and how many per time since the last state.
+//! Removed bodies: their number so far, by rule, and their rate since the last state.
 
 use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
 
@@ -6,13 +6,13 @@ const COLUMNS: [Column; 3] = [
     Column { name: "removed", what: "bodies removed since the start" },
     Column {
         name: "removed_share",
-        what: "the same over themselves and the bodies that are there: 1 less the survival where none is born",
+        what: "the same over removed and present bodies: 1 less the survival if none is born",
     },
     Column { name: "removal_rate", what: "bodies removed since the last state, per time" },
 ];
 
 const PROFILE: [Column; 2] = [
-    Column { name: "rule", what: "place of the rule in the scene's `removal`, from 0" },
+    Column { name: "rule", what: "index of the rule in the scene's `removal`, from 0" },
     Column { name: "removed", what: "bodies that it removed since the start" },
 ];
 
@@ -20,7 +20,7 @@ const PROFILE: [Column; 2] = [
 const REMOVED: usize = 0;
 const RATE: usize = 2;
 
-/// Bodies that left.
+/// Removed bodies.
 pub(super) struct Removed;
 
 impl Measure for Removed {

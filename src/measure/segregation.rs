@@ -1,10 +1,10 @@
-//! How far groups keep to themselves: of the contacts, those of bodies of one group, over those of a random mixture.
+//! The segregation of groups: the part of contacts within a group, over that in a random mixture.
 //!
-//! In a random mixture a body's neighbour is of its group with the probability `sum of n (n - 1) / (N (N - 1))`. Groups
-//! whose bodies have more neighbours than others meet their own more often by that alone; M. E. J. Newman's coefficient
-//! of assortativity (Phys. Rev. E 67, 026126 (2003)) takes it out: `r = (e - a) / (1 - a)` with the part `e` of
-//! contacts within groups and `a` the sum of squares of the groups' parts of all ends of contacts; 1 where no two
-//! groups touch, 0 where contacts are random, negative where groups alternate.
+//! In a random mixture, a neighbour belongs to the same group with the probability `sum of n (n - 1) / (N (N - 1))`.
+//! Groups whose bodies have more neighbours than others have more contacts within the group for this reason alone. M.
+//! E. J. Newman's coefficient of assortativity (Phys. Rev. E 67, 026126 (2003)) corrects for this: `r = (e - a) / (1 -
+//! a)` with the part `e` of contacts within groups and `a` the sum of squares of the groups' parts of all ends of
+//! contacts; 1 if no two groups touch, 0 if contacts are random, negative if groups alternate.
 
 use super::groups::{alike, number, sizes};
 use super::{Column, Found, LeftOut, Measure, View, cell, count};
@@ -58,7 +58,7 @@ impl Measure for Segregation {
         let random = alike(&sizes);
         let by_ends: f64 = ends.values().map(|n| (*n as f64 / (2 * pairs) as f64).powi(2)).sum();
         let ratio = random.and_then(|random| cell(part / random));
-        // Where all contacts are of one group there is none between groups, nor a place for one.
+        // If all contacts are within one group, the coefficient is not defined.
         let assortativity = cell((part - by_ends) / (1.0 - by_ends));
         let values = vec![count(pairs), cell(part), random, ratio, assortativity];
         Ok(Found { values, rows: Vec::new(), remark: None })

@@ -1,20 +1,19 @@
-//! Contact stress in a sheared cell, and the work that the shear does.
+//! Contact stress in a sheared cell, and the work of the shear.
 //!
 //! With the force `f` of a on b at an image and the centres' distance `l`, the contact stress of the suspension as a
 //! whole is `sigma = -sum of f l^T / V`, with `V` the volume of the cell (G. K. Batchelor, J. Fluid Mech. 41, 545
-//! (1970), of contact forces as J. F. Brady and G. Bossis have them, Annu. Rev. Fluid Mech. 20, 111 (1988)). With the
+//! (1970), for contact forces J. F. Brady and G. Bossis, Annu. Rev. Fluid Mech. 20, 111 (1988)). With the
 //! flow's direction `d` and its gradient `e`, `sigma_de` is positive where contacts resist the shear. Times the rate
-//! `g` it is the work of the shear on contacts, in a unit of volume and time, beside that of the flow on turning
-//! bodies:
+//! `g` it is the work of the shear on contacts per volume and time. Together with the work of the flow on rotating
+//! bodies, the power is
 //!
 //! ```text
 //! P = g V sigma_de - sum of T . w_J
 //! ```
 //!
 //! with the contact torque `T` on a body and the angular velocity `w_J` by which the flow turns it. Contacts without
-//! friction take nothing, so that without inertia and other forces all of it goes into the drag of bodies beside the
-//! flow,
-//! `sum of xi L |u - u(x)|^2 + xi L^3 / 12 |w - w_J|^2`. What is left between both is of the order of the step.
+//! friction dissipate nothing, so without inertia and other forces all of it goes into the drag of bodies relative to
+//! the flow, `sum of xi L |u - u(x)|^2 + xi L^3 / 12 |w - w_J|^2`. The difference of both is of the order of the step.
 
 use super::view::Push;
 use super::{Column, Found, LeftOut, Measure, View, cell};
@@ -67,7 +66,7 @@ impl Measure for ShearStress {
         let bodies = view.bodies();
         let volume = bodies.periods.volume(view.planar()).ok_or("the cell is open along an axis, and has no volume")?;
         let at = |i: usize| bodies.placed(i);
-        // Without drag nothing turns bodies.
+        // Without drag the flow does not turn bodies.
         let turning = |i: usize| {
             let placed = at(i);
             let carried = stream.map(|stream| stream.carries(&placed.shape, placed.position, placed.orientation));

@@ -1,12 +1,11 @@
-//! Contact stress and pressure, from the contact forces that a checkpoint knows.
+//! Contact stress and pressure, from the contact forces of a checkpoint.
 //!
 //! With the force `gamma n` on b (and its opposite on a) and the centres' distance `l = x_b - x_a`, the virial of a
 //! contact is `gamma n l^T`; the stress, positive where it compresses, is their sum's symmetric part over the bodies'
 //! own volume, and the pressure its trace over the dimension (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J.
 //! Appl. Mech. 48, 339 (1981)). Times a packing fraction it is the stress of the packing as a whole. A body's own part
-//! has its lever instead of `l`; the profile is the sum of those over a ring's area. Only contacts are in it:
-//! neither drag nor inertia. Contacts with walls are in a body's own part, and so in the profile, and not in the
-//! stress.
+//! has its lever instead of `l`; the profile is the sum of these parts over a ring's area. Only contacts count, neither
+//! drag nor inertia. Contacts with walls count in a body's own part, and so in the profile, but not in the stress.
 
 use super::bins::Bins;
 use super::density::ring;
@@ -121,12 +120,12 @@ fn trace(m: DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
-/// Half the difference of the outer principal stresses.
+/// Half the difference of the largest and the smallest principal stress.
 fn shear(stress: DMat3, planar: bool) -> f64 {
     if planar {
         return (0.5 * (stress.x_axis.x - stress.y_axis.y)).hypot(stress.y_axis.x);
     }
-    // The search for eigenvalues does not end where there are none.
+    // The eigenvalue iteration would not end for values that are not finite.
     if !stress.is_finite() {
         return f64::NAN;
     }

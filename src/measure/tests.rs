@@ -1,4 +1,4 @@
-//! Measures of states whose answers are known.
+//! Measures of states with known answers.
 
 mod contacts;
 mod groups;

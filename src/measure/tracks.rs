@@ -1,19 +1,20 @@
-//! Where bodies went over the states of a run: each by its id, from its birth to its division.
+//! The tracks of bodies over the states of a run: each by its id, from its birth to its division.
 //!
-//! The turn of a body is the sum of its rotation vectors from one state to the next, which has no bound (S. Kämmerer,
-//! W. Kob, R. Schilling, Phys. Rev. E 56, 5450 (1997)). It is right where a body turns by less than half a turn between
-//! two states.
+//! The total rotation of a body is the sum of its rotation vectors from state to state, which is unbounded (S.
+//! Kämmerer, W. Kob, R. Schilling, Phys. Rev. E 56, 5450 (1997)). It is correct if a body turns by less than half a
+//! turn between two states.
 
 use crate::bodies::Bodies;
 use crate::fixed::Fixed;
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 
-/// Points of all tracks together, at most, by which long runs keep fewer bodies: about 700 MB.
+/// The largest number of points of all tracks, about 700 MB: in long runs fewer bodies are followed.
 const POINTS: usize = 1 << 23;
-/// Bodies that are followed, at most: the standard error of a mean square over as many free ones is 1.3 % in space.
+/// The largest number of bodies that are followed: the standard error of a mean square over this many free ones is 1.3
+/// % in space.
 const MOST: usize = 4096;
-/// And at least, where the states are many.
+/// The smallest number if there are many states.
 const LEAST: usize = 64;
 
 /// A body in a state.
@@ -23,26 +24,26 @@ pub struct Point {
     pub position: DVec3,
     /// The sum of its rotation vectors since its first state.
     pub turned: DVec3,
-    /// The direction of its velocity; zero where it is at rest.
+    /// The direction of its velocity; zero at rest.
     pub direction: DVec3,
 }
 
-/// A body over one state after the other.
+/// A body over consecutive states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// The first state that it is in.
+    /// The index of its first state.
     pub first: usize,
-    /// It in this state and those after it.
+    /// The body in this state and the following ones.
     pub points: Vec<Point>,
     last: DQuat,
 }
 
-/// The tracks of a run's bodies: of all, or of those drawn where they are many. Fixed bodies have none.
+/// The tracks of a run's bodies: of all, or of a random selection if there are many. Fixed bodies have none.
 #[derive(Clone, Debug)]
 pub struct Tracks {
     /// The tracks, in the order of their first states and of the bodies there.
     pub all: Vec<Track>,
-    /// The most bodies that a state was to have followed, where there were more.
+    /// The limit on followed bodies per state, if it was exceeded.
     pub drawn: Option<usize>,
     most: usize,
     seed: u64,
@@ -51,13 +52,13 @@ pub struct Tracks {
 }
 
 impl Tracks {
-    /// None yet, of a run of `states` states; where bodies are many, those followed are drawn by `seed`.
+    /// No tracks yet, for a run of `states` states; if there are many bodies, `seed` selects those that are followed.
     pub fn new(states: usize, seed: u64) -> Tracks {
         let most = (POINTS / states.max(1)).clamp(LEAST, MOST);
         Tracks { all: Vec::new(), drawn: None, most, seed, states: 0, open: BTreeMap::new() }
     }
 
-    /// The next state.
+    /// Adds the next state.
     pub fn push(&mut self, bodies: &Bodies, fixed: &Fixed) {
         let mut open = BTreeMap::new();
         for i in self.chosen(bodies, fixed) {
@@ -82,13 +83,13 @@ impl Tracks {
         self.states += 1;
     }
 
-    /// How many states there were.
+    /// The number of states so far.
     pub fn states(&self) -> usize {
         self.states
     }
 
-    /// The bodies to be followed, in their order: where they are many those whose ids come first in an order that the
-    /// seed draws, so that the same ones are followed in the next state.
+    /// The bodies to follow, in their order: if there are many, those whose ids come first in a random order by the
+    /// seed, so that the next state follows the same ones.
     fn chosen(&mut self, bodies: &Bodies, fixed: &Fixed) -> Vec<usize> {
         let mut chosen: Vec<usize> =
             (0..bodies.len()).filter(|&i| !fixed.holds(bodies.lineage[i].id, bodies.group[i])).collect();
@@ -103,7 +104,7 @@ impl Tracks {
     }
 }
 
-/// A number that looks drawn: the output function of SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).
+/// A pseudorandom number: the output function of SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).
 fn mixed(number: u64) -> u64 {
     let z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

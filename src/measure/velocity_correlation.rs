@@ -1,9 +1,9 @@
-//! Correlation of the directions of velocity by distance: how far bodies move together.
+//! Correlation of the directions of velocity by distance: the range of collective motion.
 //!
 //! `C_v(r) = <u_i . u_j>` with `u = v / |v|`, over the pairs of moving bodies whose centres are `r` apart (H. P. Zhang,
-//! A. Be'er, E.-L. Florin, H. L. Swinney, PNAS 107, 13626 (2010) for colonies); its length is where it first falls to
-//! `1/e`, as that of `correlation`. The polar order is `|<u>|` (T. Vicsek, A. Czirók, E. Ben-Jacob, I. Cohen, O.
-//! Shochet, Phys. Rev. Lett. 75, 1226 (1995)).
+//! A. Be'er, E.-L. Florin, H. L. Swinney, PNAS 107, 13626 (2010) for colonies); its length is the distance at which it
+//! first falls to `1/e`, as in `correlation`. The polar order is `|<u>|` (T. Vicsek, A. Czirók, E. Ben-Jacob, I. Cohen,
+//! O. Shochet, Phys. Rev. Lett. 75, 1226 (1995)).
 
 use super::correlation::{self, Pairs};
 use super::{Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};

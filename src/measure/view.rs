@@ -1,4 +1,4 @@
-//! A state as the measures see it: what several of them need is computed once.
+//! A state with the data that several measures need, computed once.
 
 use super::{Frame, LeftOut, Settings, axis, interior};
 use crate::bodies::Bodies;
@@ -12,13 +12,13 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-/// A state, and what all measures of it share.
+/// A state, and the data that its measures share.
 pub struct View<'a> {
     /// The state.
     pub state: &'a Snapshot,
     /// Information from its run's scene.
     pub frame: &'a Frame,
-    /// What the user chose.
+    /// The user's settings.
     pub settings: &'a Settings,
     /// The mean of the bodies' centres.
     pub centre: DVec3,
@@ -59,7 +59,7 @@ impl<'a> View<'a> {
         self.frame.planar
     }
 
-    /// Says that a measure of outlines or of distances from a centre is not for periodic space.
+    /// Refuses a measure of outlines or of distances from a centre in periodic space.
     ///
     /// # Errors
     /// [`LeftOut`] in periodic space.
@@ -70,7 +70,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Two or three.
+    /// The dimension, two or three.
     pub fn dimension(&self) -> f64 {
         if self.planar() { 2.0 } else { 3.0 }
     }
@@ -96,7 +96,7 @@ impl<'a> View<'a> {
         self.settings.cutoff.unwrap_or(TOUCHING * thinnest.unwrap_or(0.0))
     }
 
-    /// The contacts, as an export has them.
+    /// The contacts, as in an export.
     pub fn contacts(&self) -> &[ContactForce] {
         self.contacts.get_or_init(|| contacts(self.state, Some(self.cutoff())))
     }
@@ -110,7 +110,7 @@ impl<'a> View<'a> {
     /// The contacts that push, with forces above zero.
     ///
     /// # Errors
-    /// [`LeftOut`] where the state does not know its contact forces, or knows those of sub-spheres.
+    /// [`LeftOut`] if the state has no contact forces, or only those of sub-spheres.
     pub fn pushing(&self) -> Result<impl Iterator<Item = &ContactForce>, LeftOut> {
         let Some(warm) = &self.state.warm else {
             return Err(
@@ -145,8 +145,8 @@ impl<'a> View<'a> {
         }))
     }
 
-    /// The virial of each body's own contacts, with walls too, the sum of force times lever: over its volume and the
-    /// dimension it is the body's pressure.
+    /// The virial of each body's own contacts, including walls: the sum of force times lever. Divided by the body's
+    /// volume and the dimension it is the body's pressure.
     ///
     /// # Errors
     /// As [`View::pushing`].
@@ -162,8 +162,8 @@ impl<'a> View<'a> {
         Ok(virials)
     }
 
-    /// The pairs of the bodies in `among` whose centres, or in periodic space nearest images of them, are at most
-    /// `radius` apart, by their places in it.
+    /// The pairs of bodies in `among`, by their indices in it, whose centres (in periodic space the nearest images) are
+    /// at most `radius` apart.
     pub fn neighbours(&self, among: &[usize], radius: f64) -> Vec<[u32; 2]> {
         let at = |i: u32| self.bodies().position[among[i as usize]];
         let half = DVec3::splat(0.5 * radius);
@@ -181,13 +181,13 @@ pub struct Push {
     pub pair: [usize; 2],
     /// Of the first body on the second.
     pub force: DVec3,
-    /// From the first one's centre to that of the second, at the image that is met.
+    /// From the first one's centre to the image of the second that it touches.
     pub delta: DVec3,
-    /// From the first one's centre to where it acts.
+    /// From the first one's centre to the point of contact.
     pub lever: DVec3,
 }
 
-/// The median; the lower of the two where their number is even. Zero of nothing.
+/// The median; the lower of the two middle values of an even number. Zero without values.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     if values.is_empty() {

@@ -1,4 +1,4 @@
-//! Arrays of all bodies, of a simulation and of what its forces see.
+//! Arrays of all bodies, for simulations and their forces.
 
 use super::arrays::{NO_PARENT, column, table, vectors};
 use crate::bodies::Bodies;
@@ -40,8 +40,8 @@ pub(super) fn generations(bodies: &Bodies) -> Vec<u32> {
     bodies.lineage.iter().map(|line| line.generation).collect()
 }
 
-/// All bodies in the moment for which a force is asked: the arrays of a `Simulation`, each made when it is asked for, a
-/// row a body. Every array is a copy.
+/// All bodies at the time at which a force is evaluated: the arrays of a `Simulation`, one row per body, each made when
+/// it is read. Every array is a copy.
 #[pyclass(frozen, name = "Bodies", module = "relcp")]
 pub(super) struct PyBodies {
     bodies: Bodies,
@@ -61,7 +61,7 @@ impl PyBodies {
         self.bodies.len()
     }
 
-    /// The time of the moment: that at the start of a step, or with midpoint stepping also that in its middle.
+    /// The time: that at the start of a step, or with midpoint stepping also that in its middle.
     #[getter]
     fn time(&self) -> f64 {
         self.time
@@ -115,7 +115,7 @@ impl PyBodies {
         table(py, sizes(&self.bodies))
     }
 
-    /// (N,) uint32: index into the scene's `group_names`; `relcp.NO_GROUP` where a body has none.
+    /// (N,) uint32: index into the scene's `group_names`; `relcp.NO_GROUP` for a body without a group.
     #[getter]
     fn groups<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
         Ok(column(py, self.bodies.group.clone()))

@@ -1,4 +1,4 @@
-//! What computes a simulation, as its arguments say.
+//! The backend of a simulation, by its arguments.
 
 use super::driver::opening;
 use super::error::device;
@@ -11,10 +11,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ffi::CString;
 use std::sync::OnceLock;
 
-/// More threads than any machine has cores for; the program's bound too.
+/// The largest number of threads, as in the program: more than the cores of any machine.
 const MOST_THREADS: usize = 1024;
 
-/// The arguments of a simulation that say what computes it.
+/// The arguments of a simulation that select the backend.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     pub backend: &'a str,
@@ -24,7 +24,7 @@ pub(super) struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// What computes the scene; warns where that is not what one might expect.
+    /// The backend for the scene; warns if it may be unexpected.
     pub fn settle(&self, py: Python<'_>, scene: &Scene) -> PyResult<Compute> {
         let precision = self.precision()?;
         match self.backend {
@@ -46,15 +46,15 @@ impl Wanted<'_> {
 
     fn cpu(&self, precision: Option<Precision>) -> PyResult<Compute> {
         if precision == Some(Precision::F32) {
-            return Err(PyValueError::new_err("the CPU computes in f64; leave precision out, or say backend='gpu'"));
+            return Err(PyValueError::new_err("the CPU computes in f64; omit precision, or use backend='gpu'"));
         }
         if self.adapter.is_some() {
-            return Err(PyValueError::new_err("adapter names a device; say backend='gpu'"));
+            return Err(PyValueError::new_err("adapter names a device; use backend='gpu'"));
         }
         Ok(Compute::Cpu)
     }
 
-    /// The CPU; warns where a hardware GPU may take less time.
+    /// The CPU; warns if a hardware GPU may be faster.
     fn automatic(&self, py: Python<'_>, precision: Option<Precision>, scene: &Scene) -> PyResult<Compute> {
         let compute = self.cpu(precision)?;
         if let Some(why) = opening(py, || worth_a_device(scene, 1))? {
@@ -73,13 +73,13 @@ impl Wanted<'_> {
         Ok(compute)
     }
 
-    /// Threads of the simulation's own, where their number is given; else those that the whole process shares.
+    /// The simulation's own threads, if their number is given; else those that the whole process shares.
     pub fn pool(&self) -> PyResult<Option<ThreadPool>> {
         match self.threads {
             Some(threads) if !(1..=MOST_THREADS).contains(&threads) => {
                 Err(PyValueError::new_err(format!("threads: expected 1 to {MOST_THREADS}, found {threads}")))
             }
-            // Those that are shared did not come along into a forked process.
+            // A forked process lacks the shared threads.
             None if !shared_threads_live() => pool(0).map(Some),
             None => Ok(None),
             Some(threads) => pool(threads).map(Some),
@@ -92,7 +92,7 @@ fn pool(threads: usize) -> PyResult<ThreadPool> {
     built.map_err(|fault| super::error::SimulationError::new_err(format!("cannot create the thread pool: {fault}")))
 }
 
-/// Whether this process is the one whose threads are shared: the first that asks.
+/// Whether this process has the shared threads: the first process that calls this.
 pub(super) fn shared_threads_live() -> bool {
     static FIRST: OnceLock<u32> = OnceLock::new();
     *FIRST.get_or_init(std::process::id) == std::process::id()

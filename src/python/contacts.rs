@@ -1,4 +1,4 @@
-//! The contacts of a state, as arrays with a row a contact.
+//! The contacts of a state, as arrays with one row per contact.
 
 use super::arrays::{column, table};
 use crate::bodies::Bodies;
@@ -9,7 +9,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use std::collections::HashMap;
 
-/// What [`Contacts`] is made of.
+/// The data of [`Contacts`].
 #[derive(Default)]
 pub(super) struct Pairs {
     pairs: Vec<[u64; 2]>,
@@ -21,13 +21,12 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// The pairs whose separation is at most `cutoff`, from the bodies alone, with the forces that the last step
-    /// remembers.
+    /// The pairs whose separation is at most `cutoff`, from the bodies alone, with the forces of the last step.
     pub fn of(state: &State, cutoff: f64) -> Self {
         let bodies = &state.bodies;
         let mut forces = HashMap::<[usize; 2], f64>::new();
         for Warm { pair, gamma, .. } in state.warm.iter().filter(|warm| surface_of(warm.pair[1]).is_none()) {
-            // A method that makes several rows of a pair remembers each.
+            // A method with several rows per pair has a force for each.
             *forces.entry(pair.map(|body| body as usize)).or_default() += gamma;
         }
         let mut found = Pairs::default();
@@ -44,12 +43,12 @@ impl Pairs {
     }
 }
 
-/// Pairs of bodies that are near, a row each, sorted by pair. M is their number.
+/// Pairs of near bodies, one row each, sorted by pair. M is their number.
 #[pyclass(frozen, get_all, module = "relcp")]
 pub(super) struct Contacts {
     /// (M, 2) uint64: the rows of both bodies, the lower first.
     pairs: Py<PyArray2<u64>>,
-    /// (M,): the signed distance of the surfaces, a length; negative where they overlap.
+    /// (M,): the signed distance of the surfaces, a length; negative if they overlap.
     separation: Py<PyArray1<f64>>,
     /// (M, 3): unit normal from the first body to the second.
     normal: Py<PyArray2<f64>>,
@@ -57,7 +56,7 @@ pub(super) struct Contacts {
     point_a: Py<PyArray2<f64>>,
     /// (M, 3): the contact point on the second body's surface, in space.
     point_b: Py<PyArray2<f64>>,
-    /// (M,): the force that the last step pushed the pair apart with, summed over its rows; zero where it did not.
+    /// (M,): the contact force of the last step, summed over the rows of the pair; zero without contact.
     gamma: Py<PyArray1<f64>>,
 }
 
@@ -85,7 +84,7 @@ impl Contacts {
     }
 }
 
-/// What [`WallContacts`] is made of.
+/// The data of [`WallContacts`].
 #[derive(Default)]
 pub(super) struct AtWalls {
     body: Vec<u64>,
@@ -110,12 +109,12 @@ impl AtWalls {
     }
 }
 
-/// Bodies that are near a wall's surface, a row each, sorted by body. M is their number.
+/// Bodies near a wall's surface, one row each, sorted by body. M is their number.
 #[pyclass(frozen, get_all, module = "relcp")]
 pub(super) struct WallContacts {
     /// (M,) uint64: the body's row.
     body: Py<PyArray1<u64>>,
-    /// (M,) uint64: the wall's place in the scene's list.
+    /// (M,) uint64: the index of the wall in the scene.
     wall: Py<PyArray1<u64>>,
     /// (M,): the body's signed distance from the surface, a length.
     separation: Py<PyArray1<f64>>,

@@ -1,7 +1,7 @@
-//! Silence from graphics drivers, as in `src/cli/driver.rs`.
+//! Suppresses a message of graphics drivers, as in `src/cli/driver.rs`.
 //!
-//! Mesa writes "error: XDG_RUNTIME_DIR is invalid" to standard error where a device is looked for in an environment
-//! without this variable. The package sets the variable by Python's `os.environ` for that time, and removes it.
+//! Mesa writes "error: XDG_RUNTIME_DIR is invalid" to standard error if a device is opened in an environment without
+//! this variable. The package sets the variable in Python's `os.environ` for this time, and then removes it.
 
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
@@ -9,10 +9,10 @@ use std::sync::{Mutex, PoisonError};
 
 const VARIABLE: &str = "XDG_RUNTIME_DIR";
 
-/// How many threads look for a device now, and what the first of them set the variable to.
+/// The number of threads that are opening a device, and the value to which the first of them set the variable.
 static LENT: Mutex<(usize, Option<String>)> = Mutex::new((0, None));
 
-/// Looks for a device with the interpreter's lock released.
+/// Opens a device with the interpreter's lock released.
 pub(super) fn opening<T: Send>(py: Python<'_>, open: impl FnOnce() -> T + Send) -> PyResult<T> {
     if cfg!(not(unix)) {
         return Ok(py.detach(open));
@@ -39,7 +39,7 @@ fn lend(py: Python<'_>) -> PyResult<()> {
     Ok(())
 }
 
-/// The last one removes the variable, unless someone else has set it since.
+/// The last thread removes the variable, unless other code has changed it.
 fn take_back(py: Python<'_>) -> PyResult<()> {
     let mut lent = LENT.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner);
     lent.0 -= 1;

@@ -1,4 +1,4 @@
-//! Many simulations that are run together: on a device as one ensemble, on the CPU over its cores.
+//! Many simulations that run together: on a device as one ensemble, on the CPU over its cores.
 
 use super::arrays::json;
 use super::compute::Wanted;
@@ -15,22 +15,22 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Wall time between looks at Python's signals.
+/// Wall time between checks of Python's signals.
 const SIGNALS_EVERY: Duration = Duration::from_millis(50);
 
-/// Many scenes that are run together: `Ensemble(scenes, backend="cpu", threads=None, precision=None, adapter=None)`.
+/// Many scenes that run together: `Ensemble(scenes, backend="cpu", threads=None, precision=None, adapter=None)`.
 ///
-/// On a GPU all members are computed as one: a kernel is launched once for all that need it. On the CPU they share
-/// `threads` threads, None one a core. Each member is a `Simulation`, by its index; its bits are those of its scene
-/// alone on that device.
+/// On a GPU all members are computed as one: a kernel is launched once for all members that need it. On the CPU they
+/// share `threads` threads, by default one per core. Each member is a `Simulation`, by its index, with the bits of its
+/// scene alone on this device.
 #[pyclass(frozen, name = "Ensemble", module = "relcp")]
 pub(super) struct PyEnsemble {
     members: Vec<Py<PySimulation>>,
-    /// How many run at once.
+    /// The number of concurrent members.
     at_once: usize,
 }
 
-/// Who is still to be run, and how those that were ended.
+/// The members that are left, and the results of the others.
 struct Running {
     next: AtomicUsize,
     stops: AtomicBool,
@@ -39,7 +39,7 @@ struct Running {
 }
 
 impl PyEnsemble {
-    /// Runs `each` of all members, several at once, with the interpreter's lock released. Ctrl-C has `each` told to
+    /// Runs `each` for all members, several at once, with the interpreter's lock released. Ctrl-C signals `each` to
     /// stop.
     fn run_all<T: Send>(
         &self,
@@ -86,7 +86,7 @@ impl Running {
         self.changed.notify_all();
     }
 
-    /// Waits for all of them, and looks at Python's signals meanwhile.
+    /// Waits for all of them, and checks Python's signals meanwhile.
     fn watch(&self, count: usize) -> PyResult<()> {
         let mut raised = Ok(());
         let mut ended = self.ended.lock().unwrap_or_else(PoisonError::into_inner);
@@ -163,9 +163,9 @@ impl PyEnsemble {
     }
 
     /// Runs every member to its scene's end, or to the first step whose time is at least `until`, as `Simulation.run`
-    /// does, with the interpreter's lock released. Returns a list with None for each member that got there, and the
-    /// SimulationError or DeviceError of each that did not; the others go on. Ctrl-C ends all of them between two
-    /// steps; call it again to go on.
+    /// does, with the interpreter's lock released. Returns a list with None for each member that reached it, and the
+    /// SimulationError or DeviceError of each member that failed; the others continue. Ctrl-C ends all of them between
+    /// two steps; call it again to continue.
     #[pyo3(signature = (*, until=None))]
     fn run(&self, py: Python<'_>, until: Option<f64>) -> PyResult<Vec<Option<PyErr>>> {
         let mut limits: Vec<StepLimit> = Vec::new();

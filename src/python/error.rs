@@ -8,26 +8,21 @@ use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 
-create_exception!(relcp, Error, PyException, "What every exception of relcp is.");
+create_exception!(relcp, Error, PyException, "The base class of all exceptions of relcp.");
 create_exception!(
     relcp,
     SceneError,
     Error,
     "A scene was refused. Attributes: kind (str), key (dotted, as overrides take it), message, help (str or None), origin (str or None), line and \
-     column (from 1; None where the scene is not text)."
+     column (from 1; None if the scene is not text)."
 );
 create_exception!(
     relcp,
     SimulationError,
     Error,
-    "A simulation could not be started or a step not be taken. The simulation keeps its last accepted state."
+    "A simulation could not be started, or a step failed. The simulation keeps its last accepted state."
 );
-create_exception!(
-    relcp,
-    DeviceError,
-    Error,
-    "There is no usable GPU, it cannot do what the scene asks for, or it failed."
-);
+create_exception!(relcp, DeviceError, Error, "There is no usable GPU, it does not support the scene, or it failed.");
 create_exception!(relcp, RecordError, Error, "A state file could not be read or written.");
 
 fn kind(kind: FaultKind) -> &'static str {
@@ -47,7 +42,7 @@ fn kind(kind: FaultKind) -> &'static str {
     }
 }
 
-/// A scene's fault with its place, where the scene is text that its user wrote.
+/// A scene's fault, with its location if the scene is text.
 pub(super) fn scene_fault(py: Python<'_>, fault: &scene::SceneError, written: bool) -> PyErr {
     let place = |number: Option<usize>| number.filter(|_| written);
     let mut said = match (written, fault.key()) {
@@ -75,7 +70,7 @@ pub(super) fn scene_fault(py: Python<'_>, fault: &scene::SceneError, written: bo
     }
 }
 
-/// A scene's fault that is known without reading it.
+/// A scene's fault from code, without a text.
 pub(super) fn bad_scene(py: Python<'_>, kind: &str, message: String, cause: PyErr) -> PyErr {
     let error = SceneError::new_err(message.clone());
     error.set_cause(py, Some(cause));
@@ -93,7 +88,7 @@ pub(super) fn bad_scene(py: Python<'_>, kind: &str, message: String, cause: PyEr
     }
 }
 
-/// A step's fault, or a start's.
+/// The fault of a step or a start.
 pub(super) fn fault(fault: Fault) -> PyErr {
     match fault {
         Fault::Device(fault) => device(&fault),
@@ -106,7 +101,7 @@ pub(super) fn device(fault: &GpuError) -> PyErr {
     DeviceError::new_err(fault.to_string())
 }
 
-/// A file's fault, with what the system says of it.
+/// The fault of a file, with the system's error.
 pub(super) fn recorded(fault: &record::RecordError) -> PyErr {
     match fault {
         record::RecordError::Io { source, .. } => RecordError::new_err(format!("{fault}: {source}")),

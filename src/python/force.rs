@@ -1,6 +1,6 @@
-//! Forces that are functions of Python, over arrays of all bodies.
+//! Forces that are Python functions of the arrays of all bodies.
 //!
-//! The function is called with the interpreter's lock on the thread that takes the step. What it raises is kept and
+//! The function is called with the interpreter's lock on the thread that takes the step. Its exception is stored, and
 //! raised by the call that took the step.
 
 use super::bodies::PyBodies;
@@ -17,51 +17,51 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 thread_local! {
-    /// The simulations whose forces are being asked on this thread.
-    static ASKED: RefCell<Vec<u64>> = const { RefCell::new(Vec::new()) };
+    /// The simulations whose forces are being evaluated on this thread.
+    static EVALUATING: RefCell<Vec<u64>> = const { RefCell::new(Vec::new()) };
 }
 
 static SIMULATIONS: AtomicU64 = AtomicU64::new(0);
 
-/// What a simulation and its forces share: which one it is, and what a function raised.
+/// Shared by a simulation and its forces: its identity, and the exception of a function.
 #[derive(Clone)]
-pub(super) struct Asking {
+pub(super) struct ForceCalls {
     number: u64,
     raised: Arc<Mutex<Option<PyErr>>>,
 }
 
-impl Asking {
-    /// Of a new simulation.
+impl ForceCalls {
+    /// For a new simulation.
     pub fn new() -> Self {
-        Asking { number: SIMULATIONS.fetch_add(1, Ordering::Relaxed), raised: Arc::default() }
+        ForceCalls { number: SIMULATIONS.fetch_add(1, Ordering::Relaxed), raised: Arc::default() }
     }
 
-    /// Whether this thread is asking one of the simulation's forces now.
-    pub fn here(&self) -> bool {
-        ASKED.with_borrow(|asked| asked.contains(&self.number))
+    /// Whether this thread is evaluating a force of the simulation.
+    pub fn is_evaluating(&self) -> bool {
+        EVALUATING.with_borrow(|numbers| numbers.contains(&self.number))
     }
 
-    /// What a function raised since the last call.
+    /// The exception of a function since the last call.
     pub fn take(&self) -> Option<PyErr> {
         self.raised.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
-/// A function of Python as a force.
+/// A Python function as a force.
 pub(super) struct PyForce {
     function: Py<PyAny>,
-    asking: Asking,
-    /// The loads on the bodies that it saw last.
+    force_calls: ForceCalls,
+    /// The loads of its last evaluation.
     loads: RwLock<Vec<Load>>,
 }
 
 impl PyForce {
     /// The force of a function.
-    pub fn new(function: Bound<'_, PyAny>, asking: Asking) -> PyResult<Self> {
+    pub fn new(function: Bound<'_, PyAny>, force_calls: ForceCalls) -> PyResult<Self> {
         if !function.is_callable() {
             return Err(PyTypeError::new_err("force: expected a function of a relcp.Bodies"));
         }
-        Ok(PyForce { function: function.unbind(), asking, loads: RwLock::default() })
+        Ok(PyForce { function: function.unbind(), force_calls, loads: RwLock::default() })
     }
 
     fn ask(&self, py: Python<'_>, bodies: &Bodies, time: f64) -> PyResult<Vec<Load>> {
@@ -82,25 +82,25 @@ impl PyForce {
     }
 }
 
-/// An array of one finite vector a body.
+/// An array with one finite vector per body.
 fn rows(given: &Bound<'_, PyAny>, what: &str, bodies: usize) -> PyResult<Vec<DVec3>> {
     let py = given.py();
     let as_floats = || {
         let arguments = PyDict::new(py);
         arguments.set_item("order", "C")?;
-        // Neither text nor complex numbers become floats.
+        // Neither strings nor complex numbers are converted to floats.
         arguments.set_item("casting", "same_kind")?;
         py.import("numpy")?.call_method1("asarray", (given,))?.call_method("astype", ("float64",), Some(&arguments))
     };
     let array = as_floats().map_err(|no| {
-        let message = format!("a force returned {what} that are no array of numbers: {}", no.value(py));
+        let message = format!("a force returned {what} that are not an array of numbers: {}", no.value(py));
         let error = PyTypeError::new_err(message);
         error.set_cause(py, Some(no));
         error
     })?;
     let shape = array.cast::<PyUntypedArray>()?.shape().to_vec();
     if shape != [bodies, 3] {
-        let message = format!("a force returned {what} of shape {shape:?}: expected one row a body, ({bodies}, 3)");
+        let message = format!("a force returned {what} of shape {shape:?}: expected one row per body, ({bodies}, 3)");
         return Err(PyValueError::new_err(message));
     }
     let numbers = array.cast::<PyArray2<f64>>()?.to_vec().map_err(|no| PyRuntimeError::new_err(no.to_string()))?;
@@ -113,9 +113,9 @@ fn rows(given: &Bound<'_, PyAny>, what: &str, bodies: usize) -> PyResult<Vec<DVe
 
 impl ForceField for PyForce {
     fn prepare(&self, bodies: &Bodies, time: f64) -> Result<(), String> {
-        ASKED.with_borrow_mut(|asked| asked.push(self.asking.number));
+        EVALUATING.with_borrow_mut(|numbers| numbers.push(self.force_calls.number));
         let asked = Python::try_attach(|py| self.ask(py, bodies, time));
-        ASKED.with_borrow_mut(|asked| asked.pop());
+        EVALUATING.with_borrow_mut(|numbers| numbers.pop());
         match asked {
             Some(Ok(loads)) => {
                 *self.loads.write().unwrap_or_else(PoisonError::into_inner) = loads;
@@ -123,7 +123,7 @@ impl ForceField for PyForce {
             }
             Some(Err(raised)) => {
                 let said = raised.to_string();
-                *self.asking.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised);
+                *self.force_calls.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised);
                 Err(said)
             }
             None => Err("the interpreter is shutting down".into()),

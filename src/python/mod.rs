@@ -1,8 +1,8 @@
 //! The Python package `relcp`: scenes, simulations, their arrays and contacts, with the feature `python` only.
 //!
 //! It is thin: every number comes from [`crate::simulation::Simulation`], [`crate::record`] and [`crate::scene`]. The
-//! interpreter's lock is released while anything is computed. What belongs to Python itself, the package's entry and
-//! its stubs, is in the folder `relcp` beside this file; `pyproject.toml` builds both with maturin.
+//! interpreter's lock is released during computations. The package's entry module and its stubs are in the folder
+//! `relcp` beside this file; `pyproject.toml` builds both with maturin.
 
 mod arrays;
 mod bodies;
@@ -22,8 +22,7 @@ use crate::gpu::{Choice, adapters};
 use pyo3::prelude::*;
 
 /// The GPU adapters of this machine, better ones first, each as a dict: `name`, `kind`, `interface`, `driver`, `f64`,
-/// `timestamps`, sizes in bytes, `lacks` (what keeps it from being used) and `taken` (whether `backend="gpu"` takes
-/// it).
+/// `timestamps`, sizes in bytes, `lacks` (why it cannot be used) and `taken` (whether `backend="gpu"` uses it).
 #[pyfunction]
 #[pyo3(signature = (adapter=None))]
 fn devices(py: Python<'_>, adapter: Option<String>) -> PyResult<Bound<'_, PyAny>> {
@@ -32,7 +31,7 @@ fn devices(py: Python<'_>, adapter: Option<String>) -> PyResult<Bound<'_, PyAny>
     arrays::json(py, &found)
 }
 
-/// The built-in scenes: what each shows, by its name.
+/// The built-in scenes: a description of each, by its name.
 #[pyfunction]
 fn scenes() -> Vec<(&'static str, &'static str)> {
     crate::scene::BuiltIn::ALL.iter().map(|scene| (scene.name, scene.summary)).collect()

@@ -9,15 +9,15 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use std::path::PathBuf;
 
-/// The name that a scene without a text of its own has in messages.
+/// The name in messages of a scene without a text.
 const DICT: &str = "dict";
 
-/// Everything that determines a run; read and validated, and never changed.
+/// Everything that determines a run: validated and immutable.
 #[pyclass(frozen, name = "Scene", module = "relcp")]
 pub(super) struct PyScene(pub Scene);
 
-/// A Python value as JSON text. Arrays and numbers of numpy become lists and numbers by their `tolist`. A fault names
-/// the value.
+/// A Python value as JSON text. numpy arrays and numbers become lists and numbers by their `tolist`. A fault names the
+/// value.
 fn dumps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
     let py = value.py();
     let arguments = PyDict::new(py);
@@ -34,8 +34,8 @@ fn dumps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
     }
 }
 
-/// Overrides: a dict from dotted keys to values, one text `KEY=VALUE`, or several. A fault in one names it as its user
-/// wrote it.
+/// Overrides: a dict from dotted keys to values, one string `KEY=VALUE`, or several. A fault names the override as
+/// written.
 fn overrides(py: Python<'_>, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Override>> {
     let Some(given) = given else { return Ok(Vec::new()) };
     let fault = |no: SceneError| scene_fault(py, &no, true);
@@ -59,7 +59,7 @@ fn overrides(py: Python<'_>, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<O
 }
 
 fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[Override], written: bool) -> PyResult<PyScene> {
-    // A fault in an override says so; only a place in the text is nothing to a dict.
+    // A fault in an override keeps its origin; a location in the text has no meaning for a dict.
     py.detach(|| Source::new(text, origin).scene(sets)).map(PyScene).map_err(|fault| {
         let in_text = fault.origin() == Some(origin);
         scene_fault(py, &fault, written || !in_text)
@@ -70,8 +70,8 @@ fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[Override], writte
 impl PyScene {
     /// Reads a built-in scene by its name, or else a scene file by its path.
     ///
-    /// `overrides` gives keys other values: `{"time.end": 20, "bodies.0.position.1": 2.5}` or `["time.end=20"]`. Raises
-    /// SceneError with the place of the fault.
+    /// `overrides` replaces values: `{"time.end": 20, "bodies.0.position.1": 2.5}` or `["time.end=20"]`. Raises
+    /// SceneError with the location of the fault.
     #[staticmethod]
     #[pyo3(signature = (source, overrides=None))]
     fn load(py: Python<'_>, source: PathBuf, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
@@ -86,7 +86,7 @@ impl PyScene {
         from_text(py, text, origin, &self::overrides(py, overrides)?, true)
     }
 
-    /// Makes a scene from a dict with a scene file's keys; arrays of numpy may stand for lists. Raises SceneError with
+    /// Makes a scene from a dict with a scene file's keys; numpy arrays may replace lists. Raises SceneError with
     /// the key of the fault.
     #[staticmethod]
     #[pyo3(signature = (value, overrides=None))]
@@ -101,7 +101,7 @@ impl PyScene {
         &self.0.name
     }
 
-    /// What everything random is drawn from.
+    /// The seed of all random numbers.
     #[getter]
     fn seed(&self) -> u64 {
         self.0.seed
@@ -125,7 +125,7 @@ impl PyScene {
         self.0.time.end
     }
 
-    /// How many steps a run takes, where nothing stops it before.
+    /// The number of steps of a run, unless it stops early.
     #[getter]
     fn steps(&self) -> u64 {
         self.0.time.steps()
@@ -149,12 +149,12 @@ impl PyScene {
         scene_hash(&self.0)
     }
 
-    /// The scene as JSON, every default written out, as a run's `scene.json`.
+    /// The scene as JSON with every default written out, like a run's `scene.json`.
     fn to_json(&self) -> String {
         self.0.with_defaults().to_json()
     }
 
-    /// The scene as a dict, every default written out.
+    /// The scene as a dict with every default written out.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         loads(py, &self.to_json())
     }
@@ -163,7 +163,7 @@ impl PyScene {
         other.cast::<PyScene>().is_ok_and(|other| other.get().0.with_defaults() == self.0.with_defaults())
     }
 
-    /// It never changes, so that a copy is the scene itself.
+    /// It is immutable, so a copy is the scene itself.
     fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
@@ -172,7 +172,7 @@ impl PyScene {
         slf
     }
 
-    /// Pickled as its JSON text, in which every number survives exactly.
+    /// Pickled as its JSON text, which keeps every number exactly.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         Ok((py.import("relcp")?.getattr("_scene_of_json")?, (self.0.to_json(),)))
     }

@@ -1,4 +1,4 @@
-//! A simulation with what its run did so far, and the threads that compute it: what a Python object holds.
+//! A simulation with the totals of its run and its threads, for a Python object.
 
 use super::compute::shared_threads_live;
 use crate::dynamics::ForceField;
@@ -12,7 +12,7 @@ use rayon::ThreadPool;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// A simulation under way.
+/// A simulation in progress.
 pub(super) struct Session {
     simulation: Simulation,
     totals: Totals,
@@ -20,7 +20,7 @@ pub(super) struct Session {
     threads: Threads,
 }
 
-/// The threads that compute a simulation, and the process that they are in: a fork has none of them.
+/// The threads that compute a simulation, and their process; a fork lacks them.
 pub(super) struct Threads {
     own: Option<ThreadPool>,
     process: u32,
@@ -31,7 +31,7 @@ impl Threads {
         Threads { own, process: std::process::id() }
     }
 
-    /// Whether they are there.
+    /// Whether they exist in this process.
     fn live(&self) -> bool {
         self.process == std::process::id() && (self.own.is_some() || shared_threads_live())
     }
@@ -44,12 +44,12 @@ impl Threads {
     }
 }
 
-/// What ends steps before they are as many as were asked for.
+/// The end of a series of steps before the requested number.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum End {
-    /// The scene's end, or what its `growth.stop` ends it at.
+    /// The scene's end, or its `growth.stop`.
     OfScene,
-    /// Its `growth.stop` alone.
+    /// Only its `growth.stop`.
     OfGrowth,
     /// Nothing.
     None,
@@ -65,7 +65,7 @@ impl End {
     }
 }
 
-/// What one batch of steps did.
+/// The result of a batch of steps.
 pub(super) struct Batch {
     /// Steps taken.
     pub taken: u64,
@@ -90,7 +90,7 @@ impl Session {
         Ok(Session { simulation, totals, scene_hash: hash, threads })
     }
 
-    /// Goes on from a state, and from the totals that it came with.
+    /// Continues from a state and its totals.
     pub fn resume(
         compute: &Compute,
         scene: Scene,
@@ -118,7 +118,7 @@ impl Session {
             while batch.taken < most && !end.is_reached(simulation) {
                 let step_begun = Instant::now();
                 let stepped = simulation.step();
-                // A dump has no folder to go to.
+                // There is no folder for saved LCPs.
                 simulation.take_lcps();
                 match stepped {
                     Ok(report) => {
@@ -136,7 +136,7 @@ impl Session {
         })
     }
 
-    /// Adds a force, beside the scene's own.
+    /// Adds a force to those of the scene.
     pub fn add_force(&mut self, force: Box<dyn ForceField>) {
         self.simulation.add_force(force);
     }
@@ -152,7 +152,7 @@ impl Session {
         threads.run(move || of(simulation))
     }
 
-    /// What its run did so far, as the program's `summary.json`.
+    /// The summary of its run so far, like the program's `summary.json`.
     pub fn summary(&mut self) -> Result<Summary, Fault> {
         let Session { simulation, totals, scene_hash, threads } = self;
         let status = match (simulation.done(), totals.clean()) {
@@ -167,7 +167,7 @@ impl Session {
         })
     }
 
-    /// Writes a checkpoint, whole or not at all.
+    /// Writes a checkpoint, atomically.
     pub fn save(&self, path: &Path) -> Result<Result<(), RecordError>, Fault> {
         let state = self.simulation.state()?;
         Ok(write_state(path, state, &self.scene_hash, self.simulation.time(), Some(&self.totals)))

@@ -1,11 +1,11 @@
-//! A simulation: steps with the interpreter's lock released, arrays copied out.
+//! A simulation: steps with the interpreter's lock released, and copied arrays.
 
 use super::arrays::{column, json, table, vectors};
 use super::bodies::{self, Column, Table};
 use super::compute::Wanted;
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
-use super::force::{Asking, PyForce};
+use super::force::{ForceCalls, PyForce};
 use super::limit::{StepLimit, asks_to_stop};
 use super::report::StepReport;
 use super::scene::PyScene;
@@ -25,33 +25,33 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Wall time between looks at Python's signals. To take back the interpreter's lock may cost its switch interval (5 ms)
-/// where other threads run, so it is not done after every step; a person does not notice a twentieth of a second.
+/// Wall time between checks of Python's signals. Acquiring the interpreter's lock may cost its switch interval (5 ms)
+/// if other threads run, so it does not happen after every step; a delay of a twentieth of a second is not noticeable.
 const SIGNALS_EVERY: Duration = Duration::from_millis(50);
 
-/// A scene's bodies and what steps them: `Simulation(scene, backend="cpu", threads=None, precision=None,
+/// A scene's bodies and their backend: `Simulation(scene, backend="cpu", threads=None, precision=None,
 /// adapter=None)`.
 ///
-/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (the CPU, with a warning where a hardware GPU may
-/// be faster); `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32"
-/// or "f64" on a GPU, without it f64 on a software adapter and f32 on hardware; `adapter` is a part of a GPU's name.
-/// The same scene gives the same bits for any number of threads, and those of the program.
+/// `backend` is "cpu", "gpu" (a hardware GPU, or else a software adapter) or "auto" (the CPU, with a warning if a
+/// hardware GPU may be faster). `threads` is its own number of threads; None uses those of the process, one per core.
+/// `precision` is "f32" or "f64" on a GPU; by default f64 on a software adapter and f32 on hardware; `adapter` is a
+/// part of a GPU's name. The same scene gives the same bits for any number of threads, and those of the program.
 ///
-/// Every array is a copy of the state after the last accepted step, a row a body; N is the number of bodies. Lengths
-/// and times are in the scene's units.
+/// Every array is a copy of the state after the last accepted step, with one row per body; N is the number of bodies.
+/// Lengths and times are in the scene's units.
 #[pyclass(frozen, name = "Simulation", module = "relcp")]
 pub(super) struct PySimulation {
     session: Mutex<Session>,
-    /// Its state may have to be read from a device.
+    /// Whether its state is on a device.
     on_device: bool,
-    /// What its forces share with it.
-    asking: Asking,
+    /// Shared with its forces.
+    force_calls: ForceCalls,
 }
 
 impl PySimulation {
     fn hold(session: Session, compute: &Compute) -> Self {
         let on_device = !matches!(compute, Compute::Cpu);
-        PySimulation { session: Mutex::new(session), on_device, asking: Asking::new() }
+        PySimulation { session: Mutex::new(session), on_device, force_calls: ForceCalls::new() }
     }
 
     /// Starts a scene from its own bodies.
@@ -61,12 +61,12 @@ impl PySimulation {
         Ok(PySimulation::hold(session, compute))
     }
 
-    /// How far a run to the scene's end goes, or one to a time of one's own.
+    /// The limit of a run to the scene's end, or to a given time.
     pub(super) fn limit(&self, py: Python<'_>, until: Option<f64>) -> PyResult<StepLimit> {
         StepLimit::until(self.session(py)?.simulation(), until)
     }
 
-    /// Steps without the interpreter's lock, until it is to stop; a wait for the session is one without the lock too.
+    /// Steps without the interpreter's lock until it should stop; it also waits for the session without the lock.
     pub(super) fn run_quietly(&self, limit: StepLimit, wall: Duration, stops: &AtomicBool) -> Result<(), Fault> {
         let Ok(mut session) = self.session.lock() else { return Ok(()) };
         let mut left = limit.most;
@@ -82,23 +82,23 @@ impl PySimulation {
         Ok(())
     }
 
-    /// Its device is not asked for long.
+    /// Its device is idle for a while.
     pub(super) fn rest(&self) {
         if let Ok(session) = self.session.lock() {
             session.simulation().device().iter().for_each(|gpu| gpu.rest());
         }
     }
 
-    /// What its run did so far, without the interpreter's lock; none after an internal fault.
+    /// The summary of its run so far, without the interpreter's lock; none after an internal fault.
     pub(super) fn summed(&self) -> Result<Option<Summary>, Fault> {
         self.session.lock().ok().map(|mut session| session.summary()).transpose()
     }
 
-    /// Waits for the session, with the interpreter's lock released where another thread has it.
+    /// Waits for the session, with the interpreter's lock released if another thread has it.
     fn session(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Session>> {
-        if self.asking.here() {
+        if self.force_calls.is_evaluating() {
             return Err(SimulationError::new_err(
-                "this simulation is taking a step, and asks a force; the force has what it needs in its argument",
+                "this simulation is evaluating a force during a step; use the force's argument instead",
             ));
         }
         let session = self.session.lock_py_attached(py);
@@ -107,18 +107,18 @@ impl PySimulation {
             return Ok(session);
         }
         Err(SimulationError::new_err(
-            "this simulation's threads are in the process that this one was forked from; make it here, or save and resume it",
+            "this simulation's threads are in the parent of this forked process; create the simulation here, or save and resume it",
         ))
     }
 
-    /// Computes something long, with the interpreter's lock released.
+    /// Runs a long computation with the interpreter's lock released.
     fn compute<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&mut Session) -> T + Send) -> PyResult<T> {
         drop(self.session(py)?);
         let computed = py.detach(|| self.session.lock().ok().map(|mut session| of(&mut session)));
         computed.ok_or_else(|| SimulationError::new_err("an internal fault ended this simulation"))
     }
 
-    /// Copies something out of the state.
+    /// Copies data from the state.
     fn copy<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&State) -> T + Send) -> PyResult<T> {
         let copied = match self.on_device {
             true => self.compute(py, |session| session.simulation().state().map(of))?,
@@ -131,15 +131,15 @@ impl PySimulation {
         self.copy(py, |state| of(&state.bodies))
     }
 
-    /// What a step's fault raises: what a force raised, where it was that.
+    /// The exception for a step's fault: that of a force if it raised one.
     pub(super) fn fault(&self, no: Fault) -> PyErr {
-        match (&no, self.asking.take()) {
+        match (&no, self.force_calls.take()) {
             (Fault::Force { .. }, Some(raised)) => raised,
             _ => fault(no),
         }
     }
 
-    /// Takes steps; none where there are none to be taken.
+    /// Takes steps, if any are left.
     fn advance(&self, py: Python<'_>, limit: StepLimit) -> PyResult<Option<StepReport>> {
         let StepLimit { most: mut left, end } = limit;
         let mut last = None;
@@ -182,8 +182,8 @@ impl PySimulation {
         PySimulation::start(py, &scene.0, &compute, threads)
     }
 
-    /// Goes on from a state that `save` or the program wrote for the same scene: from a checkpoint to the same bits, on
-    /// the CPU, as if the run had never stopped. Raises RecordError where the file cannot be used, or is of another
+    /// Continues from a state that `save` or the program wrote for the same scene: from a checkpoint, on the CPU, to
+    /// the same bits as an uninterrupted run. Raises RecordError if the file cannot be used, or belongs to a different
     /// scene.
     #[staticmethod]
     #[pyo3(signature = (scene, path, backend="cpu", threads=None, precision=None, adapter=None))]
@@ -208,10 +208,10 @@ impl PySimulation {
         Ok(PySimulation::hold(session, &compute))
     }
 
-    /// Takes `n` steps and returns the last one's report. It ends at the scene's end, or what its `growth.stop` ends it
-    /// at, unless `past_end`. Ctrl-C ends it between two steps, with the state of the last one.
+    /// Takes `n` steps and returns the last one's report. It ends at the scene's end or its `growth.stop`, unless
+    /// `past_end`. Ctrl-C ends it between two steps, with the state of the last one.
     ///
-    /// Raises SimulationError or DeviceError where a step cannot be taken, and where the end is reached already.
+    /// Raises SimulationError or DeviceError if a step fails, or if the end is already reached.
     #[pyo3(signature = (n=1, *, past_end=false))]
     fn step(&self, py: Python<'_>, n: u64, past_end: bool) -> PyResult<StepReport> {
         if n == 0 {
@@ -225,15 +225,14 @@ impl PySimulation {
         })
     }
 
-    /// Steps to the scene's end, or what its `growth.stop` ends it at, and returns the summary. Ctrl-C ends it between
-    /// two steps; call it again to go on.
+    /// Steps to the scene's end or its `growth.stop`, and returns the summary. Ctrl-C ends it between two steps; call
+    /// it again to continue.
     ///
-    /// `until` is another end: the first step whose time is at least this, also past the scene's end, but not past
-    /// `growth.stop`. `callback` is
-    /// called after every `every` steps, and after the last, with that step's report; where it returns False, the run
-    /// ends there. It may read the simulation.
+    /// `until` replaces the end by the first step whose time is at least this, also past the scene's end, but not past
+    /// `growth.stop`. `callback` is called after every `every` steps, and after the last, with the report of that step;
+    /// the run ends if it returns False. It may read the simulation.
     ///
-    /// Raises SimulationError or DeviceError where a step cannot be taken, and what the callback raises.
+    /// Raises SimulationError or DeviceError if a step fails, and the exceptions of the callback.
     #[pyo3(signature = (*, until=None, callback=None, every=1))]
     fn run<'py>(
         &self,
@@ -263,15 +262,15 @@ impl PySimulation {
         self.summary(py)
     }
 
-    /// Adds a force, beside the scene's own: a function that is called once a step with the bodies there (`Bodies`) and
+    /// Adds a force to those of the scene: a function that is called once per step with the bodies (`Bodies`) and
     /// returns forces (N, 3) in space axes, or a tuple of forces and torques about the centres, both (N, 3).
     ///
-    /// With midpoint stepping it is called in the step's middle too, and again for each piece of a step that is taken
-    /// again. It must depend on its argument alone, or a run cannot be repeated; a saved state and the scene do not
-    /// hold it. On a GPU it is called on the host, from a state that is read back each step. What it raises ends the
-    /// step and is raised by `step` or `run`, with the state before that step. It cannot use this simulation.
+    /// With midpoint stepping it is also called in the step's middle, and again for each piece of a repeated step. It
+    /// must depend only on its argument, or a run cannot be repeated; a saved state and the scene do not contain it. On
+    /// a GPU it is called on the host, with a state that is read back in each step. Its exception ends the step and is
+    /// raised by `step` or `run`, with the state before that step. It cannot use this simulation.
     fn add_force(&self, py: Python<'_>, force: Bound<'_, PyAny>) -> PyResult<()> {
-        let force = PyForce::new(force, self.asking.clone())?;
+        let force = PyForce::new(force, self.force_calls.clone())?;
         self.session(py)?.add_force(Box::new(force));
         Ok(())
     }
@@ -306,7 +305,7 @@ impl PySimulation {
         Ok(self.session(py)?.simulation().done())
     }
 
-    /// What takes the steps, "cpu" or "gpu".
+    /// The backend, "cpu" or "gpu".
     #[getter]
     fn backend(&self, py: Python<'_>) -> PyResult<&'static str> {
         Ok(self.session(py)?.simulation().machine())
@@ -360,14 +359,14 @@ impl PySimulation {
         Ok(column(py, self.bodies(py, bodies::shapes)?))
     }
 
-    /// (N, 3): sizes in a scene's order, what a shape has not is zero: radius; diameter, length; three radii; major and
-    /// minor radius.
+    /// (N, 3): sizes in the order of a scene, padded with zeros: radius; diameter, length; three radii; major and minor
+    /// radius.
     #[getter]
     fn sizes<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
         table(py, self.bodies(py, bodies::sizes)?)
     }
 
-    /// (N,) uint32: index into the scene's `group_names`; `relcp.NO_GROUP` where a body has none.
+    /// (N,) uint32: index into the scene's `group_names`; `relcp.NO_GROUP` for a body without a group.
     #[getter]
     fn groups<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
         Ok(column(py, self.bodies(py, |bodies| bodies.group.clone())?))
@@ -397,7 +396,7 @@ impl PySimulation {
         Ok(column(py, self.bodies(py, bodies::generations)?))
     }
 
-    /// A hash of every bit of the state; the program's `summary.json` has the same for the same state.
+    /// A hash of every bit of the state, as in the program's `summary.json`.
     #[getter]
     fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
         self.copy(py, state_hash)
@@ -426,21 +425,21 @@ impl PySimulation {
         WallContacts::new(py, found.map_err(fault)?)
     }
 
-    /// What the run did so far, with the keys of the program's `summary.json`; `final_max_overlap` is computed afresh
-    /// from the state.
+    /// The summary of the run so far, with the keys of the program's `summary.json`; `final_max_overlap` is computed
+    /// afresh from the state.
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let summary = self.compute(py, |session| session.summary())?.map_err(fault)?;
         json(py, &summary)
     }
 
-    /// The state as a scene that goes on from it, as the program's `final.json`.
+    /// The state as a scene that continues from it, like the program's `final.json`.
     fn final_scene(&self, py: Python<'_>) -> PyResult<PyScene> {
         let scene = self.compute(py, |session| session.simulation().final_scene())?;
         scene.map(PyScene).map_err(fault)
     }
 
-    /// Writes the state as the program's checkpoint, whole or not at all: numpy reads it as `.npz`, `resume` goes on
-    /// from it. Raises RecordError.
+    /// Writes the state as the program's checkpoint, atomically: numpy reads it as `.npz`, and `resume` continues from
+    /// it. Raises RecordError.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let saved = self.compute(py, |session| session.save(&path))?.map_err(fault)?;
         saved.map_err(|no| recorded(&no))

@@ -1,4 +1,4 @@
-//! A state as named arrays, and back.
+//! Conversion of a state to named arrays, and back.
 
 use super::error::StateError;
 use super::npz::{Archive, Block, Data};
@@ -11,16 +11,16 @@ use crate::walls::surface_of;
 use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 
-/// The lengths of bodies at their birth; not a number where a body's rule of division does not ask for it.
+/// The lengths of bodies at birth; NaN if a body's division rule does not need it.
 const BIRTH_LENGTH: &str = "birth_length";
 
 /// The parent of a body that has none.
 const NO_PARENT: u64 = u64::MAX;
 
-/// How far the norm of an orientation may be from one: far above the rounding of 32-bit floats.
+/// The largest deviation of an orientation's norm from one: far above the rounding of 32-bit floats.
 const NORM_TOLERANCE: f64 = 1e-4;
 
-/// Refuses the first row that holds a number no scene could: not finite, or of no sane magnitude.
+/// Refuses the first row with a number that no scene allows: not finite, or too large.
 fn sane<const N: usize>(name: &'static str, rows: Vec<[f64; N]>) -> Result<Vec<[f64; N]>, StateError> {
     // NaN fails the comparison too.
     let wild = rows.iter().position(|row| !row.iter().all(|x| x.abs() <= LARGEST_NUMBER));
@@ -39,7 +39,7 @@ fn u32s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [u32; N]>
     Block { name, columns: N, data: Data::U32(rows.flatten().collect()) }
 }
 
-/// The bodies, one row each, and what of their bonds is broken. Lengths at birth are there where a body has one.
+/// The bodies, one row each, and their broken bonds. Lengths at birth are included if any body has one.
 pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
     let born = || bodies.lineage.iter().map(|l| l.birth_length);
     let birth_length = f64s(BIRTH_LENGTH, born().map(|length| [length.unwrap_or(f64::NAN)]));
@@ -63,7 +63,7 @@ pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
     blocks
 }
 
-/// Reads back the broken bonds, whose numbers must ascend.
+/// Reads the broken bonds, whose indices must ascend.
 pub(super) fn read_broken_bonds(source: &mut Archive, rows: usize) -> Result<Vec<u32>, StateError> {
     let bonds: Vec<u32> = source.u32s::<1>("broken_bonds", rows)?.into_iter().map(|[bond]| bond).collect();
     match bonds.windows(2).position(|pair| pair[0] >= pair[1]) {
@@ -72,7 +72,7 @@ pub(super) fn read_broken_bonds(source: &mut Archive, rows: usize) -> Result<Vec
     }
 }
 
-/// What the last step remembers of its near pairs, one row each.
+/// The warm start of the near pairs, one row each.
 pub(super) fn warm_blocks(warm: &[Warm]) -> Vec<Block> {
     vec![
         u32s("warm_pair", warm.iter().map(|w| w.pair)),
@@ -85,7 +85,7 @@ pub(super) fn warm_blocks(warm: &[Warm]) -> Vec<Block> {
 fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
     let sizes = sane("size", source.f64s::<3>("size", rows)?)?;
     let tags = source.u32s::<1>("shape", rows)?;
-    // A rod shorter than it is thick is no shape.
+    // A rod shorter than thick is not valid.
     let real = |shape: &Shape| shape.validate().is_ok();
     let pairs = tags.into_iter().zip(sizes).enumerate();
     let shape = |(row, ([tag], size)): (usize, ([u32; 1], [f64; 3]))| {
@@ -94,7 +94,7 @@ fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
     pairs.map(shape).collect()
 }
 
-/// The lengths at birth, where the state has them.
+/// The lengths at birth, if the state has them.
 fn birth_lengths(source: &mut Archive, rows: usize) -> Result<Vec<Option<f64>>, StateError> {
     if !source.has(BIRTH_LENGTH) {
         return Ok(vec![None; rows]);
@@ -108,7 +108,7 @@ fn birth_lengths(source: &mut Archive, rows: usize) -> Result<Vec<Option<f64>>, 
     }
 }
 
-/// Reads back what [`body_blocks`] made.
+/// Reads the arrays of [`body_blocks`].
 pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, StateError> {
     let parents = source.u64s("parent", rows)?;
     let births = source.f64s::<1>("birth", rows)?;
@@ -149,8 +149,8 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
     })
 }
 
-/// Reads back what [`warm_blocks`] made; every pair must be two of the `bodies` bodies, in ascending order, or one and
-/// a surface of a wall.
+/// Reads the arrays of [`warm_blocks`]; every pair must be two of the `bodies` bodies, in ascending order, or a body
+/// and a surface of a wall.
 pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Result<Vec<Warm>, StateError> {
     let pairs = source.u32s::<2>("warm_pair", rows)?;
     let features = source.u32s::<1>("warm_feature", rows)?;
@@ -167,13 +167,13 @@ pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Res
     .collect()
 }
 
-/// What a device holds of the bodies.
+/// A device's numbers of the bodies.
 pub(super) fn unrounded_blocks(unrounded: &Unrounded) -> [Block; 2] {
     let cells = unrounded.bodies.iter().map(|body| body.cell.map(i32::cast_unsigned));
     [u32s("device_cells", cells), f64s("device_numbers", unrounded.bodies.iter().map(UnroundedBody::to_numbers))]
 }
 
-/// Reads back what [`unrounded_blocks`] made. Their use checks whether they match the bodies.
+/// Reads the arrays of [`unrounded_blocks`]. Their use checks whether they match the bodies.
 pub(super) fn read_unrounded(source: &mut Archive, kind: [f64; 3], rows: usize) -> Result<Unrounded, StateError> {
     let cells = source.u32s::<3>("device_cells", rows)?.into_iter().map(|cell| cell.map(u32::cast_signed));
     let numbers = source.f64s("device_numbers", rows)?;
@@ -181,7 +181,7 @@ pub(super) fn read_unrounded(source: &mut Archive, kind: [f64; 3], rows: usize) 
     Ok(Unrounded { kind, bodies })
 }
 
-/// All arrays of a state; those of its near pairs if a run may continue from it.
+/// All arrays of a state, with those of its near pairs if requested.
 pub(super) fn blocks(state: &State, with_warm: bool) -> Vec<Block> {
     let mut blocks = body_blocks(&state.bodies);
     if with_warm {

@@ -1,4 +1,4 @@
-//! The contacts of a state, with the forces that its checkpoint knows.
+//! The contacts of a state, with the forces from its checkpoint.
 
 use super::states::Snapshot;
 use crate::separation::{Separation, branch, separate_in};
@@ -7,7 +7,7 @@ use crate::walls::surface_of;
 use glam::{DVec3, I64Vec3};
 use std::collections::BTreeMap;
 
-/// Pairs nearer than this fraction of the least thickness of a body are contacts, without another cutoff.
+/// The default cutoff: pairs nearer than this fraction of the smallest thickness of a body are contacts.
 ///
 /// In a colony of 1,024 cells (dt = 0.001), the farthest of 1,967 pairs that push each other are 9.1e-4 of it apart,
 /// and only 12 other pairs are nearer; of 4,676 such pairs among 1,000 jammed ellipsoids, none is farther apart than
@@ -20,11 +20,11 @@ pub const TOUCHING: f64 = 1e-3;
 pub struct ContactForce {
     /// The bodies, by their rows.
     pub pair: [usize; 2],
-    /// What the second body is moved by to the image that the first one meets; zero where space has no periods.
+    /// The displacement from the second body to its image that the first one touches; zero without periods.
     pub shift: DVec3,
     /// Half-way between the surfaces, at the first body and that image.
     pub point: DVec3,
-    /// The signed distance of the surfaces; negative where they overlap.
+    /// The signed distance of the surfaces; negative if they overlap.
     pub separation: f64,
     /// From the first body to the second.
     pub normal: DVec3,
@@ -32,7 +32,7 @@ pub struct ContactForce {
     pub gamma: f64,
 }
 
-/// The forces of a pair: their sum, over how many places, and the sums of normals and levers times forces.
+/// The forces of a pair: their sum, their number, and the sums of normals and levers times forces.
 #[derive(Clone, Copy, Default)]
 struct Force {
     gamma: f64,
@@ -42,9 +42,8 @@ struct Force {
 }
 
 /// The contacts of a state, sorted by pair: pairs nearer than `cutoff` (without it, [`TOUCHING`] of the least
-/// thickness), and those that push each other, however far apart the step left them. Contacts with walls are not among
-/// them. In periodic space each image of a pair that is near is a contact, and a cutoff over the shortest period counts
-/// as that.
+/// thickness), and those that push each other, at any distance. Contacts with walls are not included. In periodic space
+/// each near image of a pair is a contact, and the cutoff is at most the shortest period.
 ///
 /// ```
 /// use relcp::record::{States, contacts};
@@ -73,7 +72,7 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<ContactForce> {
         if warm.gamma > 0.0 && !found.contains_key(&key) {
             found.extend(separate_in(bodies.planar)(&a, &b, None).map(|separation| (key, separation)));
         }
-        // Methods that make several rows of a pair remember each.
+        // Methods with several rows per pair have a force for each.
         let force = forces.entry(key).or_default();
         force.gamma += warm.gamma;
         if let Some(nearest) = found.get(&key).filter(|_| warm.gamma > 0.0) {

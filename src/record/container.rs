@@ -1,15 +1,15 @@
-//! State files: one versioned container for the states of a run and its checkpoint.
+//! State files: one versioned container format for states and checkpoints.
 //!
-//! A state is a zip that numpy opens as `.npz`, of these little-endian arrays with a row a body: `position` (N x 3),
-//! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere, 1
+//! A state is a zip that numpy opens as `.npz`, of these little-endian arrays with one row per body: `position` (N x
+//! 3), `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere, 1
 //! spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
-//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` where cells divide by the length
-//! that they have added. Where bonds are broken, `broken_bonds` has their numbers in the scene, ascending.
+//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` if cells divide by an added
+//! length. If bonds are broken, `broken_bonds` has their indices in the scene, ascending.
 //!
-//! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's
-//! totals in its header; a state has the former where the scene's `output.forces` asks for it. A checkpoint of a device
-//! also has `device_cells` (N x 3, signed integers in the bits of unsigned ones) and `device_numbers` (N x 20), from
-//! which that device goes on to the same bits ([`Unrounded`](crate::step::Unrounded)).
+//! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, one row per near pair, and the
+//! run's totals in its header; a state has the former if the scene sets `output.forces`. A checkpoint of a device also
+//! has `device_cells` (N x 3, signed integers in the bits of unsigned ones) and `device_numbers` (N x 20), from which
+//! this device continues to the same bits ([`Unrounded`](crate::step::Unrounded)).
 //!
 //! `header` is the [`Header`], the bytes of its JSON text:
 //! `json.loads(bytes(state["header"]))`.
@@ -30,13 +30,13 @@ use std::path::Path;
 
 /// The name of the format, in a file's header.
 pub const FORMAT: &str = "relcp-state";
-/// The version that this program writes; it reads those up to it. Version 1 had its header as `header.json`.
+/// The version that this program writes; it reads versions up to it. Version 1 had its header as `header.json`.
 pub const VERSION: u64 = 2;
 /// The part of a period to which floats must resolve positions.
 const LEAST_KNOWN: f64 = 0.1;
-/// The fewest bytes that a body, or a near pair, takes: what bounds the counts that a file may claim.
+/// The smallest number of bytes of a body or a near pair, which limits the counts that a file may claim.
 const LEAST_ROW: u64 = 8;
-/// The same of a broken bond.
+/// The same for a broken bond.
 const LEAST_BOND: u64 = 4;
 
 /// The header of a state file.
@@ -48,38 +48,38 @@ pub struct Header {
     pub version: u64,
     /// Version of the program that wrote it.
     pub program: String,
-    /// [Hash](super::scene_hash) of the scene that it belongs to.
+    /// [Hash](super::scene_hash) of its scene.
     pub scene: String,
     /// Steps taken.
     pub step: u64,
     /// Time after them.
     pub time: f64,
-    /// The id that the next body born will get.
+    /// The id of the next body to be born.
     pub next_id: u64,
     /// Rows of the arrays of bodies.
     pub bodies: u64,
-    /// The periods of space along its axes; absent where there are none.
+    /// The periods of space along its axes; absent without periods.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodic: Option<[Option<f64>; 3]>,
-    /// By how much images across one axis are displaced along another, in a sheared cell; absent in another.
+    /// The displacement of images across one axis along another, in a sheared cell; absent otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tilt: Option<Tilt>,
     /// Whether the bodies cannot leave the plane; absent if they can.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub planar: bool,
-    /// Length of the array of broken bonds; absent where there is none.
+    /// Length of the array of broken bonds; absent without broken bonds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub broken_bonds: Option<u64>,
-    /// Rows of the arrays of near pairs; absent in a state that holds no contact forces.
+    /// Rows of the arrays of near pairs; absent in a state without contact forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm: Option<u64>,
-    /// How many bodies each rule of the scene's `removal` has removed; absent before the first.
+    /// The number of bodies that each rule of the scene's `removal` has removed; absent before the first removal.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub removed: Vec<u64>,
-    /// What numbers of a device there are beside those of the bodies; in a checkpoint of a device only.
+    /// The kind of a device's additional numbers; only in a checkpoint of a device.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<[f64; 3]>,
-    /// What the run did up to here; in a checkpoint only.
+    /// The totals of the run so far; only in a checkpoint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub totals: Option<Totals>,
 }
@@ -87,7 +87,7 @@ pub struct Header {
 /// The bytes of a state of the scene with hash `scene`, at `time`. With `totals` it is a checkpoint.
 ///
 /// # Errors
-/// [`StateError::Custom`] where a body has a custom shape.
+/// [`StateError::Custom`] if a body has a custom shape.
 ///
 /// ```
 /// use relcp::record::{decode, encode};
@@ -101,7 +101,7 @@ pub fn encode(state: &State, scene: &str, time: f64, totals: Option<&Totals>) ->
     pack(state, scene, time, totals.is_some(), totals)
 }
 
-/// As [`encode`], of a state that is no checkpoint but holds the contact forces.
+/// As [`encode`], for a state that is not a checkpoint but has the contact forces.
 ///
 /// # Errors
 /// As [`encode`].
@@ -147,7 +147,7 @@ fn pack(
 
 /// Reads the bytes of a state.
 ///
-/// Refuses, with a reason, bytes that are not a state, damaged, truncated or of a newer format. Allocations are bounded
+/// Refuses, with a reason, bytes that are not a state, damaged, truncated or of a newer format. Allocations are limited
 /// by the file's size.
 pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     let (mut archive, header) = Archive::open(bytes, accept)?;
@@ -176,8 +176,8 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     Ok((header, state))
 }
 
-/// The periods of a state's space. In every state that a run writes bodies are at most half as long as the shortest,
-/// and not so far away that floats no longer tell one image from the next.
+/// The periods of a state's space. In every state that a run writes, bodies are at most half as long as the shortest
+/// period, and near enough that floats distinguish images.
 fn periods(header: &Header, bodies: &Bodies) -> Result<Periods, StateError> {
     let Some(lengths) = header.periodic else {
         return match header.tilt {
@@ -201,7 +201,7 @@ fn periods(header: &Header, bodies: &Bodies) -> Result<Periods, StateError> {
     Err(StateError::damaged("the header", "its periods are none, or too short for its bodies and their places"))
 }
 
-/// Reads a header, its version first: the rest of a newer one may be anything.
+/// Reads a header, first its version, because newer versions may have other fields.
 fn accept(json: &[u8]) -> Result<Header, StateError> {
     #[derive(Deserialize)]
     struct Kind {
@@ -229,7 +229,7 @@ pub fn write_state(
     durable::write(path, &encode(state, scene, time, totals).map_err(RecordError::state(path))?)
 }
 
-/// Reads a state file. Of a file that is none, only the start.
+/// Reads a state file; of a file in another format, only the start.
 pub fn read_state(path: &Path) -> Result<(Header, State), RecordError> {
     let fault = || RecordError::io(path, "read it");
     let mut file = File::open(path).map_err(fault())?;

@@ -1,10 +1,10 @@
-//! In which keys two scenes differ.
+//! The keys in which two scenes differ.
 
 use crate::scene::Scene;
 use serde_json::Value;
 use std::path::Path;
 
-/// How many keys are named; the others are counted.
+/// The number of keys that are listed; the others are counted.
 const KEYS_NAMED: usize = 5;
 
 /// The first keys in which a scene differs from the one in the file `recorded`.

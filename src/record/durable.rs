@@ -6,26 +6,26 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::Path;
 
-/// What the names of files being written start and end with; a crash may leave one behind.
+/// The prefix and the suffix of temporary files; a crash may leave one behind.
 const PART: (&str, &str) = (".relcp-", ".part");
 
-/// Writes `bytes` as the file `path`, to last.
+/// Writes `bytes` as the file `path`, atomically and durably.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
     place(path, bytes)?;
     sync_folder(folder_of(path))
 }
 
-/// Writes `bytes` as the file `path`, whole or not at all; its name lasts once [its folder is synced](sync_folder).
+/// Writes `bytes` as the file `path`, atomically; its name is durable once [its folder is synced](sync_folder).
 pub fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
     place_with(path, |part| part.write_all(bytes).map_err(RecordError::io(path, "write it")))
 }
 
-/// As [`place`], written by `fill`, for contents too large for memory. If `fill` fails there is no file.
+/// As [`place`], with the content from `fill`, for contents too large for memory. If `fill` fails, no file is created.
 pub fn place_with<T, E: From<RecordError>>(path: &Path, fill: impl FnOnce(&mut File) -> Result<T, E>) -> Result<T, E> {
     place_part(path, |part| fill(part.as_file_mut()))
 }
 
-/// As [`place_with`], written by its name, for what another program writes.
+/// As [`place_with`] by a path, for files that another program writes.
 pub fn place_by<T, E: From<RecordError>>(path: &Path, fill: impl FnOnce(&Path) -> Result<T, E>) -> Result<T, E> {
     place_part(path, |part| fill(part.path()))
 }
@@ -41,7 +41,8 @@ fn place_part<T, E: From<RecordError>>(
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // The usual rights of a new file, less the user's mask, rather than those of a private temporary one.
+        // The usual permissions of a new file, subject to the user's mask, instead of those of a private temporary
+        // file.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let mut part = builder.tempfile_in(folder).map_err(fault("create it"))?;
@@ -63,7 +64,7 @@ pub fn rename(from: &Path, to: &Path) -> Result<(), RecordError> {
     fs::rename(from, to).map_err(RecordError::io(from, "rename it"))
 }
 
-/// Removes what a crash may have left half-written in `folder`.
+/// Removes temporary files in `folder` that a crash may have left.
 pub fn sweep(folder: &Path) -> Result<(), RecordError> {
     for entry in fs::read_dir(folder).map_err(RecordError::io(folder, "list it"))? {
         let entry = entry.map_err(RecordError::io(folder, "list it"))?;
@@ -84,7 +85,7 @@ pub fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Makes the names in a folder last. Only Unix opens a folder to sync it.
+/// Makes the names in a folder durable. Only Unix can sync a folder.
 pub fn sync_folder(folder: &Path) -> Result<(), RecordError> {
     if cfg!(unix) {
         File::open(folder).and_then(|f| f.sync_all()).map_err(RecordError::io(folder, "sync it"))?;

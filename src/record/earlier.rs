@@ -53,7 +53,7 @@ fn modified(path: &Path) -> Option<SystemTime> {
     fs::metadata(path).and_then(|metadata| metadata.modified()).ok()
 }
 
-/// When the checkpoint was written, which is the one before it where a crash came between the two.
+/// The time of the last checkpoint, or of the previous one after a crash between the two.
 fn last_checkpoint(folder: &Folder) -> Option<SystemTime> {
     modified(&folder.checkpoint()).or_else(|| modified(&folder.previous_checkpoint()))
 }
@@ -65,7 +65,7 @@ fn state(folder: &Folder, checkpoint: SystemTime) -> EarlierState {
     }
     let path = folder.summary();
     let summary = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Summary>(&bytes).ok());
-    // A run that went on past its end, and was killed there, has a checkpoint that is newer than its summary.
+    // A run that continued past its end, and was killed there, has a checkpoint newer than its summary.
     let is_last = modified(&path).is_some_and(|written| written >= checkpoint);
     match summary {
         Some(summary) if is_last && summary.status != "interrupted" => EarlierState::Ended,
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use std::time::Duration;
 
-    /// A folder of a run whose checkpoint was written so many seconds after 1970.
+    /// A folder of a run whose checkpoint was written this many seconds after 1970.
     fn run(parent: &Path, name: &str, at: u64, status: Option<&str>) -> Folder {
         let folder = Folder::create_in(parent, name).unwrap();
         let write = |path: PathBuf, text: &str, at| {
@@ -112,7 +112,7 @@ mod tests {
         let own = [("colony-2".to_owned(), ended), ("colony".to_owned(), unfinished)];
         assert_eq!(found(Some("colony")), own);
         assert_eq!(found(None)[2..], [("other".to_owned(), unfinished), ("colony-like".to_owned(), ended)]);
-        // It goes on past its end.
+        // It continues past its end.
         let later = SystemTime::UNIX_EPOCH + Duration::from_secs(40);
         let checkpoint = File::options().write(true).open(parent.join("colony-2/checkpoint.npz")).unwrap();
         checkpoint.set_modified(later).unwrap();

@@ -1,4 +1,4 @@
-//! What can go wrong with a run's files.
+//! Errors of a run's files.
 
 use super::lcp_file::LcpFileError;
 use crate::scene::SceneError;
@@ -8,22 +8,22 @@ use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// What is wrong with the bytes of a state.
+/// Why the bytes of a state were refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum StateError {
-    /// The bytes are of something else.
+    /// The bytes have another format.
     #[error("not a state file")]
     NotAState,
     /// The end is missing.
     #[error("the file is truncated")]
     Truncated,
-    /// Some bytes are not those that were written.
+    /// Some bytes were changed.
     #[error("{place} is damaged: {what}")]
     Damaged {
-        /// Which part.
+        /// The part.
         place: String,
-        /// What does not hold.
+        /// The problem.
         what: String,
     },
     /// A later program wrote it.
@@ -34,13 +34,13 @@ pub enum StateError {
         /// The newest that can be read.
         known: u64,
     },
-    /// A body's shape is the user's own.
+    /// A body has a custom shape.
     #[error("body {body} has a custom shape, which files cannot store")]
     Custom {
         /// The first body concerned.
         body: usize,
     },
-    /// It cannot be made into bytes.
+    /// The state cannot be encoded.
     #[error("the state cannot be packed: {0}")]
     Unwritable(String),
 }
@@ -59,14 +59,14 @@ impl StateError {
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// The system refused.
+    /// The system reported an error.
     #[error("{}: could not {action}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What was being done.
+        /// The action.
         action: &'static str,
-        /// What the system said.
+        /// The system's error.
         #[source]
         source: io::Error,
     },
@@ -86,7 +86,7 @@ pub enum RecordError {
         /// What is wrong with it.
         fault: LcpFileError,
     },
-    /// A file of a run is not what the run left.
+    /// A file of a run was changed.
     #[error("{}: {what}", path.display())]
     Mangled {
         /// The file.
@@ -108,9 +108,9 @@ pub enum RecordError {
         /// The folder.
         path: PathBuf,
     },
-    /// The folder's run is of another scene.
+    /// The folder belongs to a different scene.
     #[error("{}: this folder belongs to a different scene (differs in {})", path.display(), keys.join(", "))]
-    #[diagnostic(help("give the scene and the overrides that the run was started with"))]
+    #[diagnostic(help("use the scene and the overrides of the run"))]
     OtherScene {
         /// The folder.
         path: PathBuf,
@@ -122,7 +122,7 @@ pub enum RecordError {
     NoLaterEnd {
         /// The folder.
         path: PathBuf,
-        /// Why, and what to do.
+        /// The reason and the remedy.
         why: String,
     },
     /// Another process is writing into the folder.
@@ -135,7 +135,7 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    /// A fault of the system at a file, while an action was tried.
+    /// An error of the system at a file during an action.
     pub fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> RecordError {
         let path = path.to_owned();
         move |source| RecordError::Io { path, action, source }
@@ -159,7 +159,7 @@ pub enum StatesError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
-    /// The folder is not that of a run.
+    /// The folder does not belong to a run.
     #[error("{}: there is no state", path.display())]
     #[diagnostic(help(
         "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
@@ -168,7 +168,7 @@ pub enum StatesError {
         /// The folder.
         path: PathBuf,
     },
-    /// A shape that no file has.
+    /// A shape that no file format supports.
     #[error("{origin}: body {body} has a custom shape, which files cannot store")]
     Custom {
         /// The state.

@@ -1,4 +1,4 @@
-//! A run's folder: which files it has, and where a new one goes.
+//! A run's folder: its files, and the name of a new folder.
 
 use super::durable;
 use super::error::RecordError;
@@ -6,7 +6,7 @@ use std::fs::{self, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a scene's name that its folder takes over; file systems take some 255 bytes.
+/// The largest number of bytes of a scene's name in its folder's name; file systems allow about 255 bytes.
 const LONGEST_NAME: usize = 100;
 
 /// The folder of a run.
@@ -14,12 +14,12 @@ const LONGEST_NAME: usize = 100;
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// The folder `path` as it is, if it is there.
+    /// The folder `path`, unchanged; it may not exist.
     pub(crate) fn at(path: &Path) -> Self {
         Folder(path.into())
     }
 
-    /// Makes the folder `path` for a new run. One that is there already must be empty.
+    /// Creates the folder `path` for a new run. An existing folder must be empty.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         match fs::read_dir(path) {
             Ok(mut entries) => {
@@ -35,8 +35,8 @@ impl Folder {
         Folder(path.into()).with_states()
     }
 
-    /// Makes a new folder in `parent`, named after the scene `name`: `NAME`, or `NAME-2`, `NAME-3`, ... where that is
-    /// taken.
+    /// Creates a new folder in `parent`, named after the scene `name`: `NAME`, or `NAME-2`, `NAME-3`, ... if that
+    /// exists.
     pub fn create_in(parent: &Path, name: &str) -> Result<Self, RecordError> {
         fs::create_dir_all(parent).map_err(RecordError::io(parent, "create the folder"))?;
         for path in candidates(parent, name) {
@@ -55,7 +55,7 @@ impl Folder {
         Ok(self)
     }
 
-    /// The folder of an earlier run, with what a crash left half-written swept out.
+    /// The folder of an earlier run; removes temporary files of a crash.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let folder = Folder(path.into());
         if !folder.checkpoint().exists() && !folder.previous_checkpoint().exists() {
@@ -64,7 +64,7 @@ impl Folder {
         folder.with_states()
     }
 
-    /// The folder of an earlier run, to be read only: nothing is made or swept, and nothing need be there.
+    /// The folder of an earlier run, read-only: nothing is created or removed, and it may not exist.
     pub fn view(path: &Path) -> Self {
         Folder(path.into())
     }
@@ -89,12 +89,11 @@ impl Folder {
     /// is in it.
     ///
     /// # Errors
-    /// [`RecordError::InUse`] where a run is just starting in it, [`RecordError::NotEmpty`] where it holds what no such
-    /// run left.
+    /// [`RecordError::InUse`] if a run is starting in it, [`RecordError::NotEmpty`] if it contains other files.
     pub fn restart(path: &Path) -> Result<Self, RecordError> {
         let folder = Folder(path.into()).with_states()?;
         let rows = folder.steps();
-        // Held until the file is gone, so that of two that restart one gives way.
+        // Locked until the file is removed, so that only one of two restarts succeeds.
         let held = fs::File::open(&rows).ok();
         if held.as_ref().is_some_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock))) {
             return Err(RecordError::InUse { path: path.into() });
@@ -113,7 +112,7 @@ impl Folder {
         Ok(folder)
     }
 
-    /// How many LCPs are there.
+    /// The number of saved LCPs.
     pub(crate) fn count_lcps(&self) -> Result<usize, RecordError> {
         let folder = self.lcps();
         if !folder.exists() {
@@ -134,7 +133,7 @@ impl Folder {
         Ok(())
     }
 
-    /// Removes what a crash left half-written, and the states and LCPs of steps after `step`.
+    /// Removes temporary files of a crash, and the states and LCPs of steps after `step`.
     pub(crate) fn rewind(&self, step: u64) -> Result<(), RecordError> {
         durable::sweep(&self.0)?;
         self.rewind_lcps(step)?;
@@ -154,12 +153,12 @@ impl Folder {
         &self.0
     }
 
-    /// The scene as it was run, every default written out.
+    /// The scene of the run, with every default written out.
     pub fn scene(&self) -> PathBuf {
         self.0.join("scene.json")
     }
 
-    /// A row a recorded step.
+    /// `steps.csv`: one row per recorded step.
     pub fn steps(&self) -> PathBuf {
         self.0.join("steps.csv")
     }
@@ -169,7 +168,7 @@ impl Folder {
         self.0.join("measures.csv")
     }
 
-    /// The lives that ended, where the scene removes bodies.
+    /// The lives that ended, if the scene removes bodies.
     pub fn lineage(&self) -> PathBuf {
         self.0.join("lineage.csv")
     }
@@ -199,7 +198,7 @@ impl Folder {
         self.0.join("checkpoint.npz")
     }
 
-    /// The checkpoint before that, for the case that the last one is damaged.
+    /// The previous checkpoint, in case the last one is damaged.
     pub fn previous_checkpoint(&self) -> PathBuf {
         self.0.join("checkpoint.previous.npz")
     }
@@ -214,7 +213,7 @@ impl Folder {
         self.0.join("final.png")
     }
 
-    /// What the run did.
+    /// The summary of the run.
     pub fn summary(&self) -> PathBuf {
         self.0.join("summary.json")
     }
@@ -250,7 +249,7 @@ pub(super) fn is_numbered(path: &Path, name: &str) -> bool {
     rest.is_empty() || rest.strip_prefix('-').is_some_and(|n| n.parse::<u64>().is_ok_and(|n| n > 1))
 }
 
-/// A scene's name as the name of a folder on any system: letters and digits of any language stay.
+/// A scene's name as a valid folder name on any system; letters and digits of any language are kept.
 pub(crate) fn folder_name(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     let whole = name.char_indices().take_while(|(at, c)| at + c.len_utf8() <= LONGEST_NAME);

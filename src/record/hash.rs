@@ -11,7 +11,7 @@ use crate::step::State;
 const OFFSET_BASIS: u64 = 0xcbf2_9ce4_8422_2325;
 const PRIME: u64 = 0x0000_0100_0000_01b3;
 
-/// FNV-1a over bytes as they come.
+/// Incremental FNV-1a.
 #[derive(Clone, Copy, Debug)]
 pub struct Fnv(u64);
 
@@ -22,7 +22,7 @@ impl Default for Fnv {
 }
 
 impl Fnv {
-    /// Takes in `bytes`.
+    /// Adds `bytes`.
     pub fn update(&mut self, bytes: &[u8]) {
         self.0 = bytes.iter().fold(self.0, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(PRIME));
     }
@@ -33,8 +33,8 @@ impl Fnv {
     }
 }
 
-/// The hash of a state: its step, its next id and every bit of its bodies, so that two runs that agree in it agree in
-/// all that a state file holds.
+/// The hash of a state: its step, its next id and every bit of its bodies. Two runs with the same hash have the same
+/// state file.
 ///
 /// ```
 /// use relcp::record::state_hash;
@@ -60,7 +60,7 @@ pub fn state_hash(state: &State) -> String {
     hash.hex()
 }
 
-/// The hash of a scene with every default written out: a scene and the `scene.json` that its run leaves have the same.
+/// The hash of a scene with every default written out: a scene and the `scene.json` of its run have the same hash.
 pub fn scene_hash(scene: &Scene) -> String {
     let mut hash = Fnv::default();
     hash.update(scene.with_defaults().to_json().as_bytes());

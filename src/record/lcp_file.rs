@@ -1,12 +1,12 @@
 //! One LCP as a file that numpy opens as `.npz`, for tests of a solver outside a run.
 //!
-//! Arrays, little-endian: `bodies` (how many), `a`, `b` (the bodies of each row), `row_a`, `row_b` (rows x unknowns:
-//! the two blocks of each row of `J`, scaled so that `A = J J^T`; 3 unknowns a body in the plane, 6 in space), `q` (`g`
-//! at `gamma = 0`, a length), `gamma0` (the start), `gamma` (what the solver ended with), `v` (`J^T gamma`, bodies x
-//! unknowns).
+//! Arrays, little-endian: `bodies` (their number), `a`, `b` (the bodies of each row), `row_a`, `row_b` (rows x
+//! unknowns: the two blocks of each row of `J`, scaled so that `A = J J^T`; 3 unknowns per body in the plane, 6 in
+//! space), `q` (`g` at `gamma = 0`, a length), `gamma0` (the start), `gamma` (the solver's result), `v` (`J^T
+//! gamma`, bodies x unknowns).
 //!
-//! Files written here have a `header` beside them, as states do, and the seal of states. Files of other programs need
-//! neither, may be deflated, and their numbers may be of 4 or 8 bytes.
+//! Files of this program also have a `header` and a seal, like states. Files of other programs need neither, may be
+//! deflated, and may have numbers of 4 or 8 bytes.
 
 use super::durable;
 use super::error::RecordError;
@@ -24,15 +24,15 @@ use zip::{CompressionMethod, ZipArchive};
 
 /// The name of the format, in a file's header.
 pub const LCP_FORMAT: &str = "relcp-lcp";
-/// The version that this program writes; it reads those up to it.
+/// The version that this program writes; it reads versions up to it.
 pub const LCP_VERSION: u64 = 1;
 
-/// Deflate cannot pack tighter (RFC 1951: 258 bytes from two bits, less the block's head).
+/// The largest compression ratio of deflate (RFC 1951: 258 bytes from two bits, without the block's header).
 const TIGHTEST: u64 = 1_032;
-/// An array may unpack to this many bytes from however few.
+/// An array may always unpack to this many bytes.
 const LOOSE_BYTES: u64 = 64 << 20;
-/// Beyond that, most times that an array may unpack to its packed size. The arrays of LCPs of colonies unpack to 1 to 9
-/// times; only a start of zeros to 175 times, which up to eight million rows are under the bound before.
+/// Beyond that, the largest compression ratio of an array. Arrays of LCPs of colonies have ratios of 1 to 9; only a
+/// start of zeros has 175, which up to eight million rows is below the limit above.
 const LOOSEST: u64 = 100;
 
 /// The header of an LCP's file.
@@ -46,17 +46,17 @@ pub struct LcpHeader {
     pub program: String,
     /// Name of the scene.
     pub scene: String,
-    /// The step that was being taken, from 1.
+    /// The step, from 1.
     pub step: u64,
     /// Solves of the step before this one.
     pub recursion: u32,
-    /// The solver, as a scene names it.
+    /// The solver, by its name in scenes.
     pub solver: String,
     /// The solver's tolerance, a length.
     pub tolerance: f64,
     /// The precision: `f32` or `f64`.
     pub precision: String,
-    /// How it ended.
+    /// The status of the solve.
     pub status: String,
     /// Applications of `A`.
     pub products: u64,
@@ -85,19 +85,19 @@ impl LcpHeader {
     }
 }
 
-/// What is wrong with the bytes of an LCP.
+/// Why the bytes of an LCP were refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum LcpFileError {
-    /// The bytes are of something else.
+    /// The bytes have another format.
     #[error("this is not an LCP (.npz): {0}")]
     NotAnLcp(String),
-    /// Some bytes are missing, or not those that were written, or say what cannot be.
+    /// Some bytes are missing, changed, or not valid.
     #[error("{place} is damaged: {what}")]
     Damaged {
-        /// Which part.
+        /// The part.
         place: String,
-        /// What does not hold.
+        /// The problem.
         what: String,
     },
     /// A later program wrote it.
@@ -108,7 +108,7 @@ pub enum LcpFileError {
         /// The newest that can be read.
         known: u64,
     },
-    /// It cannot be made into bytes.
+    /// The LCP cannot be encoded.
     #[error("the LCP cannot be packed: {0}")]
     Unwritable(String),
 }
@@ -153,15 +153,15 @@ pub fn encode_lcp(lcp: &Stored, header: &LcpHeader) -> Result<Vec<u8>, LcpFileEr
     write(&json, &blocks).map_err(|e| unwritable(e.to_string()))
 }
 
-/// Reads the bytes of an LCP, and its header where it has one. Non-finite numbers are read unchanged: they may be the
-/// subject of interest.
+/// Reads the bytes of an LCP, and its header if it has one. Non-finite numbers are read unchanged, because they may be
+/// the subject of interest.
 ///
 /// # Errors
-/// [`LcpFileError`] for bytes that are something else, damaged, cut short, or that no LCP can have.
+/// [`LcpFileError`] for bytes that have another format, are damaged or truncated, or are not valid for an LCP.
 pub fn decode_lcp(bytes: &[u8]) -> Result<(Stored, Option<LcpHeader>), LcpFileError> {
     let mut arrays = Arrays::open(bytes)?;
     let header = arrays.header()?;
-    // A file that was written here has both, whatever is left of them.
+    // A file of this program has both, even if damaged.
     let sealed = seal_holds(bytes);
     if sealed == Some(false) || (header.is_some() && sealed.is_none()) {
         return Err(arrays.find_damage());
@@ -196,7 +196,7 @@ pub fn decode_lcp(bytes: &[u8]) -> Result<(Stored, Option<LcpHeader>), LcpFileEr
     Ok((lcp, header))
 }
 
-/// Writes an LCP, whole or not at all.
+/// Writes an LCP, atomically.
 ///
 /// # Errors
 /// [`RecordError`] with the file.
@@ -205,7 +205,7 @@ pub fn write_lcp(path: &Path, lcp: &Stored, header: &LcpHeader) -> Result<(), Re
     durable::write(path, &encode_lcp(lcp, header).map_err(fault)?)
 }
 
-/// Reads the file of an LCP. Of a file that is no zip, only the start.
+/// Reads the file of an LCP; of a file that is not a zip, only the start.
 ///
 /// # Errors
 /// [`RecordError`] with the file.
@@ -228,7 +228,7 @@ impl<'a> Arrays<'a> {
         if !bytes.starts_with(MAGIC) {
             return Err(LcpFileError::NotAnLcp("it is no zip".into()));
         }
-        // A zip's directory is its end.
+        // The directory of a zip is at its end.
         ZipArchive::new(Cursor::new(bytes)).map(Arrays).map_err(|e| damaged("the end of the file", e))
     }
 
@@ -255,9 +255,9 @@ impl<'a> Arrays<'a> {
         serde_json::from_slice(&json).map(Some).map_err(|e| damaged(HEADER, e))
     }
 
-    /// The first entry whose CRC does not hold, where the seal does not.
+    /// If the seal does not hold, the first entry with a wrong CRC.
     fn find_damage(&mut self) -> LcpFileError {
-        // Entries that share bytes would be read as many times as there are of them.
+        // Overlapping entries would multiply the bytes to read.
         if !matches!(self.0.has_overlapping_entries(), Ok(false)) {
             return damaged("the directory", "its entries overlap");
         }
@@ -266,7 +266,7 @@ impl<'a> Arrays<'a> {
         broken.unwrap_or_else(|| damaged("the seal", "the bytes are not those that were written"))
     }
 
-    /// An entry whole, its CRC checked. No more is allocated than its packed bytes can hold.
+    /// A whole entry, with its CRC checked. Allocations are limited by its packed size.
     fn entry(&mut self, name: &str) -> Result<Vec<u8>, LcpFileError> {
         let entry = self.0.by_name(name).map_err(|e| match e {
             zip::result::ZipError::FileNotFound => LcpFileError::NotAnLcp(format!("it has no {name}")),
@@ -294,7 +294,7 @@ impl<'a> Arrays<'a> {
         Ok(bytes)
     }
 
-    /// An array: the type of its numbers, its shape, its bytes.
+    /// An array: its number type, its shape, its bytes.
     fn array(&mut self, name: &str) -> Result<(String, Vec<usize>, Vec<u8>), LcpFileError> {
         let mut bytes = self.entry(&format!("{name}.npy"))?;
         let wrong = || damaged(name, "it is no array of numbers by rows");
@@ -351,7 +351,7 @@ impl<'a> Arrays<'a> {
     }
 }
 
-/// The type and the shape in the description of an array, as numpy writes it.
+/// The type and the shape in numpy's description of an array.
 fn description(text: &str) -> Option<(String, Vec<usize>)> {
     let rest = text.strip_prefix("{'descr':'")?;
     let (kind, rest) = rest.split_once("','fortran_order':False,'shape':(")?;

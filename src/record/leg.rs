@@ -1,10 +1,10 @@
-//! What computed which steps of a run.
+//! Which backend computed which steps of a run.
 
 use crate::simulation::Simulation;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The steps from one start or resumption of a run to the next, and what computed them.
+/// The steps from one start or resumption of a run to the next, and their backend.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Leg {
@@ -14,7 +14,7 @@ pub struct Leg {
     pub adapter: Option<String>,
     /// The precision: `f32` or `f64`.
     pub precision: String,
-    /// The first step that it takes.
+    /// The first step of the leg.
     pub from_step: u64,
     /// The time before that step.
     pub time: f64,
@@ -23,7 +23,7 @@ pub struct Leg {
 }
 
 impl Leg {
-    /// That which a simulation begins with its next step.
+    /// The leg that a simulation begins with its next step.
     pub(super) fn of(simulation: &Simulation) -> Leg {
         Leg {
             machine: simulation.machine().into(),
@@ -36,7 +36,7 @@ impl Leg {
     }
 }
 
-/// Where it begins, and what computes it.
+/// Displays its start and its backend.
 impl fmt::Display for Leg {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "from step {} with {} bodies: ", self.from_step, self.bodies)?;

@@ -1,5 +1,5 @@
-//! `lineage.csv`: a row for each life that ended, by division or by removal. With the bodies of the last state it is
-//! the ancestry of all that ever lived in a run.
+//! `lineage.csv`: one row per life that ended, by division or by removal. With the bodies of the last state it gives
+//! the ancestry of all bodies of a run.
 
 use super::error::RecordError;
 use super::rows::Rows;
@@ -15,9 +15,9 @@ const COLUMNS: [&str; 9] = ["step", "time", "id", "parent", "birth", "generation
 pub struct LifeRow {
     /// The step that ended it, from 1.
     pub step: u64,
-    /// When: of a division the step's start, else its end.
+    /// The time: for a division the step's start, else its end.
     pub time: f64,
-    /// Whose it was.
+    /// The id of the body.
     pub id: u64,
     /// The id that divided into it; empty for a founder.
     pub parent: Option<u64>,
@@ -34,7 +34,7 @@ pub struct LifeRow {
 }
 
 impl LifeRow {
-    /// Of a life in a scene whose groups have these names.
+    /// The row of a life, in a scene with these group names.
     pub fn new(ended: &Ended, groups: &[String]) -> LifeRow {
         LifeRow {
             step: ended.step,
@@ -50,7 +50,7 @@ impl LifeRow {
     }
 }
 
-/// The file, open for writing; none where the scene removes no bodies.
+/// The file, open for writing; none if the scene removes no bodies.
 #[derive(Debug)]
 pub(crate) struct Lives {
     rows: Rows,
@@ -63,7 +63,7 @@ impl Lives {
         Ok(Lives { rows: Rows::create(path, &COLUMNS)?, groups })
     }
 
-    /// Takes the file up again as it was after step `last`: what later steps wrote is cut off.
+    /// Reopens the file as it was after step `last`: rows of later steps are removed.
     pub(crate) fn reopen(path: &Path, groups: Vec<String>, last: u64) -> Result<Self, RecordError> {
         Ok(Lives { rows: Rows::reopen_up_to(path, &COLUMNS, last)?, groups })
     }
@@ -73,12 +73,12 @@ impl Lives {
         ended.iter().try_for_each(|life| self.rows.push(LifeRow::new(life, &self.groups)))
     }
 
-    /// Hands the rows so far to the system.
+    /// Flushes the rows to the system.
     pub(crate) fn flush(&mut self) -> Result<(), RecordError> {
         self.rows.flush()
     }
 
-    /// Makes the rows so far last.
+    /// Syncs the rows to the disk.
     pub(crate) fn sync(&mut self) -> Result<(), RecordError> {
         self.rows.sync()
     }

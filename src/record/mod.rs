@@ -1,10 +1,8 @@
-//! The files of a run's folder and the states in it: what is written, so that it is there whole or not at all, and read
-//! back.
+//! The files of a run's folder and its states: written atomically, and read back.
 //!
-//! A [run](crate::run) leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
+//! A [run](crate::run) writes its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
 //! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `measures.csv`,
-//! `lineage.csv` and `lcps/` where the scene asks for them. States are [one container](encode) that numpy opens as
-//! `.npz`.
+//! `lineage.csv` and `lcps/` if the scene requests them. States are [one container](encode) that numpy opens as `.npz`.
 //!
 //! ```
 //! use relcp::record::{COLUMNS, Folder};

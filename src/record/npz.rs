@@ -1,9 +1,10 @@
 //! Named arrays in one file that numpy opens as `.npz`: an uncompressed zip of little-endian `.npy` entries. `header`
-//! is one of them, the bytes of a JSON text; up to version 0.1 it was an entry `header.json`, which no array is.
+//! is one of them, the bytes of a JSON text; in version 1 of the format it was an entry `header.json`, which is not an
+//! array.
 //!
-//! The zip holds a CRC-32 of every entry. A seal closes the file, as the zip's comment: the FNV-1a of all bytes before
-//! it, so that a damaged byte is found wherever it lies, in the directory too. No entry has a date: the same arrays are
-//! the same bytes.
+//! The zip has a CRC-32 of every entry. A seal closes the file, as the zip's comment: the FNV-1a of all bytes before
+//! it, so any damaged byte is detected, also in the directory. No entry has a date, so the same arrays give the same
+//! bytes.
 
 use super::error::StateError;
 use super::hash::Fnv;
@@ -14,15 +15,15 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 /// The entry that describes the arrays, and that of earlier versions' files.
 pub(super) const HEADER: &str = "header.npy";
 pub(super) const EARLIER_HEADER: &str = "header.json";
-/// What a zip starts with.
+/// The first bytes of a zip.
 pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
-/// What stands before the seal's digits.
+/// The text before the seal's digits.
 const SEAL: &[u8] = b"relcp fnv1a64 ";
 /// Hexadecimal digits of the seal.
 const DIGITS: usize = 16;
-/// What a `.npy` entry starts with: the magic and version 1.0 of the format.
+/// The first bytes of a `.npy` entry: the magic and version 1.0 of the format.
 const NPY_MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
-/// What the bytes before its numbers are a multiple of.
+/// The alignment of its numbers in bytes.
 const NPY_ALIGNMENT: usize = 64;
 
 /// The values of an array.
@@ -35,7 +36,7 @@ pub(super) enum Data {
     I32(Vec<i32>),
 }
 
-/// A named array of `columns` numbers a row; one column is a plain vector, none a single number.
+/// A named array of `columns` numbers per row; one column gives a vector, none a scalar.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Block {
     pub(super) name: &'static str,
@@ -70,7 +71,7 @@ fn seal(bytes: &[u8]) -> String {
     hash.hex()
 }
 
-/// Whether the seal of a file holds, where it has one: `None` for files of other programs.
+/// Whether the seal of a file holds: `None` for files of other programs, which have none.
 pub(super) fn seal_holds(bytes: &[u8]) -> Option<bool> {
     let split = bytes.len().saturating_sub(DIGITS);
     bytes[..split].ends_with(SEAL).then(|| seal(&bytes[..split]).as_bytes() == &bytes[split..])
@@ -108,7 +109,7 @@ fn array<T: Copy, const W: usize>(
         columns => format!("{rows}, {columns}, "),
     };
     let text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
-    // The magic, two bytes of length and the text, which blanks fill and a line's end closes.
+    // The magic, two bytes of length and the text, padded with blanks and terminated by a newline.
     let before = (NPY_MAGIC.len() + 2 + text.len() + 1).next_multiple_of(NPY_ALIGNMENT);
     let length = before - NPY_MAGIC.len() - 2;
     let mut bytes = Vec::with_capacity(before + size_of_val(values));
@@ -130,8 +131,8 @@ pub(super) struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
-    /// Opens a file: `accept` judges its header, before the seal, so that a file of a newer format is known as such
-    /// even where that format seals otherwise.
+    /// Opens a file: `accept` checks its header before the seal, so that a file of a newer format is recognized even if
+    /// its seal differs.
     pub(super) fn open<H>(
         bytes: &'a [u8],
         accept: impl FnOnce(&[u8]) -> Result<H, StateError>,
@@ -164,9 +165,9 @@ impl<'a> Archive<'a> {
         header_json(self.entry(HEADER)?).ok_or_else(|| StateError::damaged(HEADER, "it is no array"))
     }
 
-    /// The first entry whose CRC does not hold, where the seal does not.
+    /// If the seal does not hold, the first entry with a wrong CRC.
     fn find_damage(&mut self) -> StateError {
-        // Entries that share bytes would be read as many times as there are of them.
+        // Overlapping entries would multiply the bytes to read.
         if !matches!(self.zip.has_overlapping_entries(), Ok(false)) {
             return StateError::damaged("the directory", "its entries overlap");
         }
@@ -175,7 +176,7 @@ impl<'a> Archive<'a> {
         broken.unwrap_or_else(|| StateError::damaged("the seal", "the bytes are not those that were written"))
     }
 
-    /// An entry whole, its CRC checked.
+    /// A whole entry, with its CRC checked.
     fn entry(&mut self, name: &str) -> Result<Vec<u8>, StateError> {
         let mut entry = self.zip.by_name(name).map_err(|e| StateError::damaged(name, e))?;
         if entry.compression() != CompressionMethod::Stored || entry.size() > self.size {
@@ -186,7 +187,7 @@ impl<'a> Archive<'a> {
         Ok(bytes)
     }
 
-    /// Whether there is an array of this name.
+    /// Whether an array of this name exists.
     pub(super) fn has(&self, name: &str) -> bool {
         self.zip.index_for_name(&format!("{name}.npy")).is_some()
     }
@@ -243,7 +244,7 @@ pub(super) fn header_json(mut entry: Vec<u8>) -> Option<Vec<u8>> {
     Some(entry.split_off(entry.len() - length))
 }
 
-/// The description in a `.npy` entry, without blanks and trailing commas, and how many bytes follow it.
+/// The description in a `.npy` entry, without blanks and trailing commas, and the number of bytes after it.
 pub(super) fn header_text(bytes: &[u8]) -> Option<(String, usize)> {
     let rest = bytes.strip_prefix(NPY_MAGIC)?;
     let (length, rest) = rest.split_first_chunk::<2>()?;

@@ -22,10 +22,10 @@ pub struct Snapshot {
     pub time: f64,
     /// The bodies.
     pub bodies: Bodies,
-    /// The multipliers of the step's near pairs, where they are known: those of a checkpoint, and of states recorded
-    /// with `output.forces`.
+    /// The multipliers of the step's near pairs, if known: in a checkpoint, and in states recorded with
+    /// `output.forces`.
     pub warm: Option<Vec<Warm>>,
-    /// How many bodies each rule of the scene's `removal` has removed; empty before the first.
+    /// The number of bodies that each rule of the scene's `removal` has removed; empty before the first removal.
     pub removed: Vec<u64>,
 }
 
@@ -40,21 +40,21 @@ impl Snapshot {
         }
     }
 
-    /// Refuses a state whose shapes no format has.
+    /// Refuses a state with shapes that no format supports.
     pub(crate) fn refuse_custom(&self, origin: impl Fn() -> String) -> Result<(), StatesError> {
         let refused = |body| Err(StatesError::Custom { origin: origin(), body });
         self.bodies.first_custom().map_or(Ok(()), refused)
     }
 }
 
-/// The states to export, in the order of their steps. They are read one at a time, so that a long run needs no more
-/// memory than its largest state.
+/// The states to export, in the order of their steps. They are read one at a time, so a long run needs only the memory
+/// of its largest state.
 #[derive(Clone, Debug)]
 pub struct States {
     name: String,
     entries: Vec<Entry>,
     notes: Vec<String>,
-    /// Whether the scene that they are of is planar, where there is one.
+    /// Whether their scene is planar, if there is one.
     planar: Option<bool>,
 }
 
@@ -68,13 +68,13 @@ impl States {
     /// The states of `source`, which is
     ///
     /// * a run's folder: its `states/` in order, and the checkpoint in place of the state of its step, or after the
-    ///   last (a checkpoint knows the contact forces); `final.json` where there is neither. A damaged state is left
-    ///   out, with a [note](States::notes);
+    ///   last (a checkpoint has the contact forces); `final.json` without both. A damaged state is omitted, with a
+    ///   [note](States::notes);
     /// * a state file (`.npz`);
-    /// * a scene file or the name of a built-in scene: the state that it starts from.
+    /// * a scene file or the name of a built-in scene: its initial state.
     ///
     /// # Errors
-    /// [`StatesError::NoState`] for a folder without states; a scene that cannot be read, or a state where there is no
+    /// [`StatesError::NoState`] for a folder without states; a scene that cannot be read, or a state if there is no
     /// other.
     pub fn open(source: impl AsRef<Path>) -> Result<Self, StatesError> {
         let path = source.as_ref();
@@ -154,7 +154,7 @@ impl States {
         Ok(States { name, entries, notes, planar: planar_of(path)? })
     }
 
-    /// The entries that can be read, each damaged one with a note in its place; the fault of the first where none can.
+    /// The readable entries, with a note for each damaged one; the fault of the first if none is readable.
     fn whole(entries: Vec<Entry>, notes: &mut Vec<String>) -> Result<Vec<Entry>, StatesError> {
         let fault = |entry: &Entry| match entry {
             Entry::File(path) => read_state(path).err(),
@@ -176,8 +176,8 @@ impl States {
         self
     }
 
-    /// Whether they are of a planar run, by its scene. Without a scene: whether all bodies of the last state lie in one
-    /// plane of constant z and are mirrored by it.
+    /// Whether the run is planar, by its scene. Without a scene: whether all bodies of the last state have centres in
+    /// one plane of constant z and are mirror-symmetric in it.
     ///
     /// # Errors
     /// A state that cannot be read.
@@ -189,27 +189,27 @@ impl States {
         }
     }
 
-    /// What the files are named after: the run's folder, the file or the scene.
+    /// The base name of files: the run's folder, the file or the scene.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// How many states there are.
+    /// The number of states.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// What its user should know of how they were found.
+    /// Notes for the user on the search of the states.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Where state `i`, less than [`States::len`], comes from, for messages.
+    /// The origin of state `i`, less than [`States::len`], for messages.
     pub fn origin(&self, i: usize) -> String {
         match &self.entries[i] {
             Entry::File(path) => path.display().to_string(),
@@ -228,7 +228,7 @@ impl States {
                 let (header, mut state) = read_state(path)?;
                 let warm = header.warm.map(|_| std::mem::take(&mut state.warm));
                 let State { mut bodies, removed, .. } = state;
-                // A file of an older program does not say it.
+                // A file of an older program lacks this flag.
                 bodies.planar |= self.planar == Some(true);
                 Ok(Cow::Owned(Snapshot { step: header.step, time: header.time, bodies, warm, removed }))
             }
@@ -249,7 +249,7 @@ pub(crate) fn scene_of(source: &Path) -> Option<PathBuf> {
     found(&folder).or_else(|| found(folder.parent()?))
 }
 
-/// What that scene says of its plane.
+/// Whether that scene is planar.
 fn planar_of(source: &Path) -> Result<Option<bool>, StatesError> {
     scene_of(source).map(|path| Ok(Scene::read(&path)?.planar)).transpose()
 }

@@ -1,5 +1,5 @@
-//! State files round trip bit for bit and are refused when anything in them is wrong; a run that is taken up again
-//! leaves what it would have left.
+//! State files round trip bit for bit, and are refused if anything in them is wrong; a resumed run writes the files of
+//! an uninterrupted run.
 
 use super::npz::{Block, Data, write};
 use super::*;
@@ -141,7 +141,7 @@ fn every_cut_is_found() {
     assert_eq!(decode(b"a text").unwrap_err(), StateError::NotAState);
 }
 
-/// A sealed file with this header and arrays, as no honest program writes it.
+/// A forged, sealed file with this header and arrays.
 fn forged(change: impl FnOnce(&mut serde_json::Value), arrays: &[Block]) -> StateError {
     let (header, _) = decode(&encode(&state(), HASH, 1.0, None).unwrap()).unwrap();
     let mut header = serde_json::to_value(header).unwrap();

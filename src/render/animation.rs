@@ -1,5 +1,5 @@
-//! A moving picture in one file: an animated PNG (PNG specification, third edition, 2025), which browsers and Markdown
-//! pages play. Of each picture only the rectangle is stored that differs from the one before it.
+//! A movie in one file: an animated PNG (PNG specification, third edition, 2025), which browsers and Markdown pages
+//! play. The file stores of each picture only the rectangle that differs from the one before it.
 
 use super::RenderError;
 use crate::record::{RecordError, durable};
@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// How long the last picture is shown before all begins again, in seconds.
+/// How long the last picture is shown before the animation repeats, in seconds.
 const LAST_SHOWN: u16 = 1;
 
 /// A decoded picture.
@@ -42,7 +42,7 @@ impl Picture {
         &self.bytes[(first + columns[0]) * self.depth()..(first + columns[1]) * self.depth()]
     }
 
-    /// The smallest part that holds all pixels that differ. A part has one pixel at least, also where none differs.
+    /// The smallest part that contains all pixels that differ. A part has at least one pixel, even if none differs.
     fn changed(&self, before: &Picture) -> Part {
         let [width, height] = self.size;
         let differs = |row: &usize| self.row(*row, [0, width]) != before.row(*row, [0, width]);
@@ -62,7 +62,7 @@ impl Picture {
     }
 }
 
-/// Writes these pictures, of one size, as an animation.
+/// Writes these pictures, which have the same size, as an animation.
 ///
 /// # Errors
 /// A picture that cannot be read, and a file that cannot be written.
@@ -89,7 +89,7 @@ pub(super) fn write(pictures: &[PathBuf], frames_a_second: u32, path: &Path) -> 
         for (number, other) in others.iter().enumerate() {
             let next = Picture::read(other)?;
             let [corner, size] = next.changed(&shown);
-            // A rectangle may be small only where its corner leaves it room: first the old corner goes.
+            // A rectangle must fit at its corner, so the corner is reset before the size changes.
             writer.reset_frame_position().map_err(failed)?;
             writer.set_frame_dimension(size[0] as u32, size[1] as u32).map_err(failed)?;
             writer.set_frame_position(corner[0] as u32, corner[1] as u32).map_err(failed)?;

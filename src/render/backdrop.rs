@@ -1,7 +1,7 @@
 //! The background of a picture: the walls at that time, and the periodic cell.
 //!
-//! In a planar picture every pixel that shows no body asks the walls' own surfaces how far it is from them, so that a
-//! wall of any kind is drawn where bodies meet it, and grey outside. In other pictures walls are lines behind the
+//! In a planar picture, the distance from the walls' own surfaces is evaluated at every pixel without a body, so a wall
+//! of any kind is drawn where bodies meet it, and the outside is grey. In other pictures walls are lines behind the
 //! bodies.
 
 use super::image::Image;
@@ -14,10 +14,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 use tiny_skia::{FillRule, Mask, PathBuilder, Stroke, Transform};
 
-/// Half the thickness of a line, in parts of the picture's smaller side.
+/// Half the thickness of a line over the picture's smaller side.
 const HALF_LINE: f64 = 1.0 / 900.0;
 
-/// How much ink is in what is outside of the walls, and in lines of walls in space.
+/// The part of ink in the area outside the walls, and in lines of walls in space.
 const OUTSIDE: f64 = 0.14;
 const IN_SPACE: f64 = 0.55;
 
@@ -26,16 +26,16 @@ const IN_SPACE: f64 = 0.55;
 pub(crate) struct Backdrop {
     pub walls: Walls,
     pub periods: Periods,
-    /// The walls as the scene has them.
+    /// The scene's walls.
     pub scene_walls: Vec<Wall>,
     /// The cell, whose lengths may change.
     pub cell: Option<Periodic>,
-    /// When.
+    /// The time.
     pub time: f64,
 }
 
 impl Backdrop {
-    /// Of a scene, where it starts.
+    /// The background of a scene at its start.
     pub fn of(scene: &Scene) -> Self {
         let (time, cell) = (scene.time.start, scene.periodic);
         Backdrop { walls: scene.walls(), periods: scene.periods(), scene_walls: scene.walls.clone(), cell, time }
@@ -95,7 +95,7 @@ impl Backdrop {
         }
     }
 
-    /// The lines of walls and of the periodic cell in what a camera sees, so far about its centre.
+    /// The lines of walls and of the periodic cell in a camera's view, up to `reach` from its centre.
     fn lines(&self, camera: &Camera, reach: f64) -> Vec<Line> {
         let [low, high] = [-reach, reach].map(|reach| camera.centre + DVec3::splat(reach));
         let mut lines: Vec<Line> =
@@ -121,8 +121,8 @@ impl Backdrop {
         !self.walls.is_empty()
     }
 
-    /// The edges of the periodic cell that may be seen between two corners of a picture: in a direction without a
-    /// period they go through it.
+    /// The visible edges of the periodic cell between two corners of a picture; along an open axis they cross the
+    /// picture.
     pub fn edges(&self, low: DVec3, high: DVec3) -> Vec<[DVec3; 2]> {
         let lengths = self.periods.lengths();
         let span =
@@ -137,20 +137,20 @@ impl Backdrop {
         edges
     }
 
-    /// How far a point is inside of all walls; negative outside, infinite without walls.
+    /// The distance of a point from the nearest wall; negative outside, infinite without walls.
     pub fn inside(&self, point: DVec3) -> f64 {
         let gaps = self.walls.surfaces().iter().map(|surface| surface.at(point, DVec3::ZERO, 0.0).separation);
         gaps.fold(f64::INFINITY, f64::min)
     }
 
-    /// How far a point is from the edges of the periodic cell; infinite without one.
+    /// The distance of a point from the edges of the periodic cell; infinite without one.
     fn edge(&self, point: DVec3) -> f64 {
         let axes = self.periods.lengths().into_iter().zip(point.to_array()).take(2);
         axes.filter_map(|(length, x)| Some((x.abs() - 0.5 * length?).abs())).fold(f64::INFINITY, f64::min)
     }
 }
 
-/// A part of ink on paper.
+/// Mixes a part of ink into paper.
 fn mix(pixel: &mut [u8], ink: [u8; 3], paper: [u8; 3], part: f64) {
     for (channel, (ink, paper)) in pixel.iter_mut().zip(ink.into_iter().zip(paper)) {
         *channel = (f64::from(paper) + part * (f64::from(ink) - f64::from(paper))).round() as u8;

@@ -1,4 +1,4 @@
-//! The camera: orthographic, so that a length is the same everywhere in a picture.
+//! The camera: orthographic, so that lengths have the same scale everywhere in a picture.
 
 use super::intersect::reach;
 use super::{Side, View};
@@ -6,18 +6,18 @@ use crate::bodies::Bodies;
 use crate::shape::Geometry;
 use glam::{DVec2, DVec3};
 
-/// Part of a picture's width and height that stays free on each side.
+/// The margin on each side, as a part of a picture's width and height.
 const MARGIN: f64 = 0.04;
-/// Bodies farther out or larger than this are not drawn: their squares are not numbers that can be reckoned with.
+/// Bodies farther out or larger than this are not drawn: their squares could overflow.
 const DRAWABLE: f64 = 1e100;
-/// Where a spatial scene is seen from: turned about z, from the x axis.
+/// The camera's azimuth in a spatial scene, about z from the x axis.
 const AZIMUTH_DEGREES: f64 = -58.0;
-/// Where a spatial scene is seen from: above the x-y plane.
+/// The camera's elevation in a spatial scene, above the x-y plane.
 const ELEVATION_DEGREES: f64 = 24.0;
 
 /// A parallel projection onto a picture.
 ///
-/// Keep one camera for all pictures of a movie: [`Camera::fit`] follows the bodies.
+/// Use one camera for all pictures of a movie, because [`Camera::fit`] follows the bodies.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
@@ -40,42 +40,42 @@ pub struct Camera {
     pub(super) up: DVec3,
     /// Unit vector from the scene to the viewer.
     pub(super) toward: DVec3,
-    /// Pixels to a length of one.
+    /// Pixels per length.
     scale: f64,
 }
 
 impl Camera {
-    /// The camera that shows all bodies of a scene as large as they fit into the view.
+    /// The camera that shows all bodies of a scene as large as possible in the view.
     ///
     /// A planar scene is seen along z with x to the right and y up, a spatial one from the front and above with z up.
-    /// Bodies with a coordinate that is not finite (or beyond 1e100) are not drawn and do not count; without a body,
-    /// the picture shows two lengths around the origin.
+    /// Bodies with a coordinate that is not finite or exceeds 1e100 are ignored; without bodies, the picture shows two
+    /// lengths around the origin.
     pub fn fit(bodies: &Bodies, view: &View) -> Camera {
         Camera::along(axes(view.planar), [view.width, view.height], bodies)
     }
 
-    /// As [`Camera::fit`], along other axes: right, up and toward.
+    /// As [`Camera::fit`], with other axes: right, up and toward.
     pub(super) fn along(axes: [DVec3; 3], pixels: [u32; 2], bodies: &Bodies) -> Camera {
         Extent::of(axes, bodies).fit(axes, pixels)
     }
 
-    /// How many pixels a length of one takes.
+    /// The number of pixels per length.
     pub fn pixels_per_length(&self) -> f64 {
         self.scale
     }
 
-    /// A vector's parts along right, up and toward.
+    /// A vector's components along right, up and toward.
     pub(super) fn to_view(self, vector: DVec3) -> DVec3 {
         DVec3::new(vector.dot(self.right), vector.dot(self.up), vector.dot(self.toward))
     }
 
-    /// The vector with these parts along right, up and toward.
+    /// The vector with these components along right, up and toward.
     pub(super) fn to_space(self, parts: DVec3) -> DVec3 {
         self.right * parts.x + self.up * parts.y + self.toward * parts.z
     }
 
-    /// Where body `i` is and how far it reaches along right, up and toward, relative to the camera's centre;
-    /// `None` for a body that cannot be drawn.
+    /// The position and the extent of body `i` along right, up and toward, relative to the camera's centre; `None` for
+    /// a body that cannot be drawn.
     pub(super) fn bounds(&self, bodies: &Bodies, i: usize) -> Option<Bounds> {
         let orientation = bodies.orientation[i];
         if !orientation.is_finite() || orientation.length_squared() < 0.5 {
@@ -95,7 +95,7 @@ impl Camera {
     }
 }
 
-/// A body as the camera sees it, in lengths.
+/// A body in the camera's axes, in lengths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     pub geometry: Geometry,
@@ -107,7 +107,7 @@ pub(super) struct Bounds {
     pub reach: DVec3,
 }
 
-/// How far bodies reach along a camera's right, up and toward, from the origin.
+/// The extent of bodies along a camera's right, up and toward, from the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extent {
     low: DVec3,
@@ -115,10 +115,10 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// That of no body.
+    /// The extent of no body.
     pub const NONE: Extent = Extent { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
 
-    /// That of all bodies that can be drawn.
+    /// The extent of all bodies that can be drawn.
     pub fn of([right, up, toward]: [DVec3; 3], bodies: &Bodies) -> Extent {
         let camera = Camera { centre: DVec3::ZERO, right, up, toward, scale: 1.0 };
         let mut all = Extent::NONE;
@@ -128,12 +128,12 @@ impl Extent {
         all
     }
 
-    /// That of both.
+    /// The union of both.
     pub fn with(self, other: Extent) -> Extent {
         Extent { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// The camera with these axes that shows all of it in a picture of so many pixels.
+    /// The camera with these axes that shows all of the extent in a picture of `pixels`.
     pub fn fit(self, [right, up, toward]: [DVec3; 3], pixels: [u32; 2]) -> Camera {
         let (mut low, mut high) = (self.low, self.high);
         if low.x > high.x {

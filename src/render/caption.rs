@@ -1,4 +1,4 @@
-//! The words of a run's picture: time and number of bodies in the upper left corner, the colour quantity in the lower
+//! The text in a run's picture: time and number of bodies in the upper left corner, the colour quantity in the lower
 //! right one.
 
 use super::colour::{hue, ramp};
@@ -9,18 +9,18 @@ use crate::record::Snapshot;
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// The scale of colours takes this part of a picture's width.
+/// The width of the colour scale over that of the picture.
 const WIDTH: f64 = 0.16;
-/// Its thickness, and the distance of all words from the border, in dots.
+/// The thickness of the scale, and the distance of all text from the border, in dots.
 const THICKNESS: usize = 5;
 const BORDER: usize = 14;
-/// Rows between words and what they belong to, in dots.
+/// The gap between text and the scale, in dots.
 const GAP: usize = 5;
 
-/// Ink, and what is behind it.
+/// The colours of ink and of paper.
 pub(super) type Inks = [[u8; 3]; 2];
 
-/// Time and number of bodies, in words.
+/// The text of time and number of bodies.
 pub(super) fn words(state: &Snapshot) -> String {
     format!("t={}  n={}", text::number(state.time, 6), state.bodies.len())
 }

@@ -7,12 +7,12 @@ use crate::shape::{Centreline, Geometry, Shape};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Lightness and chroma of the orientation hues: about the most chroma that sRGB holds at one lightness in all hues.
+/// Lightness and chroma of the orientation hues: about the largest chroma in sRGB at one lightness for all hues.
 const HUE_LIGHTNESS: f32 = 0.74;
 const HUE_CHROMA: f32 = 0.125;
 /// The hue (radians) of an axis to the right; the others follow at twice their angle.
 const HUE_START: f32 = 0.45;
-/// Bodies without an axis, and all bodies of a plain picture.
+/// The colour of bodies without an axis, and of all bodies in a plain picture.
 const PLAIN: [f32; 3] = [0.76, -0.035, -0.06];
 /// A ramp of (lightness, a, b), from dark blue over green to yellow.
 const RAMP: [[f32; 3]; 5] =
@@ -33,7 +33,8 @@ fn map<T>(items: &[T], value: impl Fn(&T) -> f64) -> Vec<f64> {
     items.iter().map(value).collect()
 }
 
-/// An axis has no sign, so its hue turns at twice its angle in the x-y plane; it pales as it leaves the plane.
+/// An axis has no sign, so its hue follows twice its angle in the x-y plane; the colour pales as the axis leaves the
+/// plane.
 fn by_axis(bodies: &Bodies, i: usize) -> Vec3 {
     let Some(axis) = axis(&bodies.shape[i].geometry()) else { return linear(PLAIN) };
     let Some(axis) = (bodies.orientation[i] * axis).try_normalize() else { return linear(PLAIN) };
@@ -41,10 +42,10 @@ fn by_axis(bodies: &Bodies, i: usize) -> Vec3 {
     hue([x, y], (axis.z * axis.z) as f32)
 }
 
-/// The hue of an axis with these parts in the plane, `pale` being the squared part out of it.
+/// The hue of an axis with these components in the plane; `pale` is the squared component out of it.
 pub(super) fn hue([x, y]: [f32; 2], pale: f32) -> Vec3 {
     let (cos, sin) = (HUE_START.cos(), HUE_START.sin());
-    // (cos, sin) of twice the angle, times the squared part in the plane.
+    // (cos, sin) of twice the angle, times the squared length in the plane.
     let (a, b) = (x * x - y * y, 2.0 * x * y);
     linear([
         HUE_LIGHTNESS + 0.16 * pale,
@@ -67,8 +68,8 @@ fn axis(geometry: &Geometry) -> Option<DVec3> {
     }
 }
 
-/// The ramp by rank among the distinct values, so that a few far ones do not take all of it; values that are not
-/// numbers stand at its start.
+/// Colours from the ramp by rank among the distinct values, so that a few outliers do not use most of it; NaN is at its
+/// start.
 fn on_ramp(values: &[f64]) -> Vec<Vec3> {
     let mut distinct: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     distinct.sort_unstable_by(f64::total_cmp);
@@ -81,7 +82,7 @@ fn on_ramp(values: &[f64]) -> Vec<Vec3> {
     values.par_iter().map(at).collect()
 }
 
-/// The ramp's colour at a part of its way, from 0 to 1.
+/// The ramp's colour at a position from 0 to 1.
 pub(super) fn ramp(part: f32) -> Vec3 {
     let place = part * (RAMP.len() - 1) as f32;
     let below = (place as usize).min(RAMP.len() - 2);
@@ -89,7 +90,7 @@ pub(super) fn ramp(part: f32) -> Vec3 {
     linear(from.lerp(to, place - below as f32).to_array())
 }
 
-/// Oklab to linear sRGB, cut to what sRGB can show.
+/// Oklab to linear sRGB, clipped to the sRGB gamut.
 pub(super) fn linear([lightness, a, b]: [f32; 3]) -> Vec3 {
     let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
     let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);

@@ -1,20 +1,20 @@
-//! Where a line first meets a custom shape.
+//! The first intersection of a line with a custom shape.
 //!
 //! In a normal that faces the line's start, scaled to `w - d` with `w` at right angles to the line's direction `d`, the
 //! body's tangent plane is crossed at `t(w) = (w - d) . o - h(w - d)`. The line is outside before every such plane, and
-//! `t` is concave in `w`, so that its maximum over the plane of `w` is the first hit: Newton's method with steps that
-//! are halved until they gain. A line that misses has planes as far along it as one likes; it is given up where it has
-//! passed the bounding sphere. Hits are good to 1e-9 of the size, on bodies without curvature in places to 1e-6.
+//! `t` is concave in `w`, so that its maximum over the plane of `w` is the first hit. Newton's method finds it, with
+//! steps that are halved until `t` grows. For a line that misses, `t` is unbounded; the search ends when `t` passes the
+//! bounding sphere. Hits are exact to 1e-9 of the size, to 1e-6 on bodies with points of zero curvature.
 
 use crate::shape::Convex;
 use glam::DVec3;
 
-/// Steps at most; of 9,000 lines, misses and all, none took more than 14, at aspect ratios up to 40.
+/// The largest number of steps; of 9,000 lines, including misses, none took more than 14, at aspect ratios up to 40.
 const STEPS: usize = 100;
-/// Gain in `t`, as a part of the bounding radius, that is rounding.
+/// A gain in `t` below this part of the bounding radius is rounding.
 const GAIN: f64 = 1e-14;
 
-/// The least `t` for which `origin + t * direction` (a unit vector) lies on the surface; `None` where the line misses.
+/// The least `t` for which `origin + t * direction` (a unit vector) lies on the surface; `None` if the line misses.
 pub(super) fn first_hit(shape: Convex, origin: DVec3, direction: DVec3) -> Option<f64> {
     let radius = shape.bounding_radius();
     let along = origin.dot(direction);
@@ -37,13 +37,13 @@ pub(super) fn first_hit(shape: Convex, origin: DVec3, direction: DVec3) -> Optio
 
 struct Line {
     shape: Convex,
-    /// Its point nearest to the body's centre.
+    /// The line's point nearest to the body's centre.
     o: DVec3,
     direction: DVec3,
     basis: (DVec3, DVec3),
 }
 
-/// A tangent plane: its `w`, where it is crossed, and the body's point.
+/// A tangent plane: its `w`, its intersection `t`, and the body's point.
 struct Plane {
     w: DVec3,
     t: f64,
@@ -56,7 +56,7 @@ impl Line {
         Plane { w, t: (w - self.direction).dot(self.o - point), point }
     }
 
-    /// The plane after a step of Newton's method; none where no step gains more than `least`.
+    /// The plane after a step of Newton's method; none if no step gains more than `least`.
     fn better(&self, at: &Plane, least: f64) -> Option<Plane> {
         let (e1, e2) = self.basis;
         let gap = self.o - at.point;
@@ -73,7 +73,7 @@ impl Line {
         let (h11, h12, h22) = (form(a1, a1), form(a1, a2), form(a2, a2));
         let determinant = h11 * h22 - h12 * h12;
         let (mut s1, mut s2) = ((h22 * g1 - h12 * g2) / determinant, (h11 * g2 - h12 * g1) / determinant);
-        // Where rounding leaves no curvature, straight up.
+        // If rounding hides the curvature, along the gradient.
         if !(determinant > 0.0 && s1 * g1 + s2 * g2 > 0.0) {
             (s1, s2) = (g1 / self.shape.bounding_radius(), g2 / self.shape.bounding_radius());
         }
@@ -126,7 +126,8 @@ mod tests {
                 );
                 match (first_hit(shape, origin, direction), intersect::first_hit(&own, origin, direction)) {
                     (Some(t), Some(expected)) => {
-                        // A grazing line is nearly along the surface: there `t` is known to the root of rounding.
+                        // A grazing line is nearly parallel to the surface: there `t` is exact only to the root of
+                        // rounding.
                         let point = origin + expected * direction;
                         let steep = intersect::normal(&own, point).dot(direction).abs();
                         assert!((t - expected).abs() * steep < 1e-9, "{radii} {origin} {direction}: {t} {expected}");
@@ -158,7 +159,7 @@ mod tests {
         is_met_where_it_is(Convex::new(superball).unwrap(), 1e-6);
     }
 
-    /// Each hit is on the surface and the line is outside before, each miss is outside all along.
+    /// Each hit is on the surface and the line is outside before it; a line that misses is outside everywhere.
     fn is_met_where_it_is(shape: Convex, known: f64) {
         let mut rng = ChaCha8Rng::seed_from_u64(42);
         let mut counts = [0; 2];

@@ -6,8 +6,8 @@ use miette::Diagnostic;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why the pictures of a run could not be made. But for [`RenderError::Record`], [`RenderError::Encoder`] and
-/// [`RenderError::Stopped`] nothing was written.
+/// Why the pictures of a run could not be made. Except for [`RenderError::Record`], [`RenderError::Encoder`] and
+/// [`RenderError::Stopped`], nothing was written.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum RenderError {
@@ -15,7 +15,7 @@ pub enum RenderError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     States(StatesError),
-    /// The folder is not that of a run.
+    /// The folder does not belong to a run.
     #[error("{}: no state to draw", path.display())]
     #[diagnostic(help(
         "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
@@ -28,7 +28,7 @@ pub enum RenderError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Record(#[from] RecordError),
-    /// The device that was to cast the rays failed.
+    /// The device that casts the rays failed.
     #[error(transparent)]
     Device(#[from] GpuError),
     /// A state does not have the colour quantity.
@@ -38,31 +38,31 @@ pub enum RenderError {
         origin: String,
         /// The colour quantity.
         colour: &'static str,
-        /// What is not there.
+        /// What is missing.
         why: String,
-        /// What would be right.
+        /// The remedy.
         #[help]
         help: &'static str,
     },
-    /// The ends of a scale were given for colours that are on none.
+    /// A range was given for colours without a scale.
     #[error("a range needs a numeric quantity; {colour} has no scale")]
-    #[diagnostic(help("leave the range out, or choose other colours"))]
+    #[diagnostic(help("omit the range, or choose other colours"))]
     NoScale {
         /// The colour quantity.
         colour: &'static str,
     },
-    /// Vectors have no light, no shadows and nothing hidden.
+    /// Vector pictures have no light, no shadows and no hidden surfaces.
     #[error("vector pictures support planar runs seen from the top; this run is seen {side}")]
     #[diagnostic(help("choose png"))]
     NoVectors {
-        /// From where, in words.
+        /// The camera position, in words.
         side: &'static str,
     },
     /// No state is in the interval.
     #[error("none of the {states} states is {interval}; they are from time {first} to {last}")]
     #[diagnostic(help("choose another interval, or all states"))]
     Nothing {
-        /// How many there are.
+        /// The number of states.
         states: usize,
         /// The interval, in words.
         interval: String,
@@ -71,7 +71,7 @@ pub enum RenderError {
         /// Time of the last state.
         last: f64,
     },
-    /// Pictures would be mixed with others, or replace them.
+    /// Pictures would be mixed with other files, or replace them.
     #[error("{}: the folder has numbered pictures that relcp did not draw", path.display())]
     #[diagnostic(help("name another folder"))]
     Foreign {
@@ -84,20 +84,20 @@ pub enum RenderError {
     NoEncoder,
     /// The encoder did not make the movie.
     #[error("{}: ffmpeg failed: {what}", path.display())]
-    #[diagnostic(help("the pictures are there all the same"))]
+    #[diagnostic(help("the pictures are complete"))]
     Encoder {
         /// The movie.
         path: PathBuf,
-        /// What it said.
+        /// The end of its output.
         what: String,
     },
     /// The caller requested a stop.
     #[error("stopped after {done} of {all}")]
     #[diagnostic(help("draw again to start over and replace the files"))]
     Stopped {
-        /// How much was done.
+        /// The number of pictures or states done.
         done: usize,
-        /// Of how much.
+        /// The number of all.
         all: usize,
     },
 }

@@ -1,9 +1,9 @@
-//! The pictures of a run, one a recorded state, with one camera and one scale of colours for all of them. In periodic
-//! space each body is drawn once, with its centre in the cell about the origin.
+//! The pictures of a run, one per recorded state, with one camera and one colour scale for all. In periodic space each
+//! body is drawn once, with its centre in the cell about the origin.
 //!
-//! All states are scanned before anything is written: for the space that they take, the values of the colour quantity,
-//! and what they lack. Then the pictures are drawn, some at a time in parallel. A picture is there whole or not at all,
-//! and its bytes do not depend on threads.
+//! All states are scanned before anything is written: for their extent, the values of the colour quantity, and missing
+//! data. Then the pictures are drawn, several in parallel. Pictures are written atomically, and their bytes do not
+//! depend on threads.
 
 use super::backdrop::Backdrop;
 use super::painter::Painter;
@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The folder of the pictures, in that of a rendering.
+/// The folder of the pictures, in the folder of a rendering.
 pub(super) const FOLDER: &str = "frames";
 /// The file of a picture, in the folder of a rendering.
 pub(super) fn picture_file(number: usize, format: Format) -> PathBuf {
@@ -26,42 +26,42 @@ pub(super) fn picture_file(number: usize, format: Format) -> PathBuf {
 
 /// The description of a rendering. It is written, marked incomplete, before the first picture.
 const DOCUMENT: &str = "frames.json";
-/// The movie, where it has no other place.
+/// The default movie.
 pub const MOVIE: &str = "movie.mp4";
-/// How far a time may be outside the interval and still count as in it, relative to the larger of both: the rounding of
-/// a product.
+/// A time this far outside the interval still counts as inside, relative to the larger of both: the rounding of a
+/// product.
 const ROUNDING: f64 = 1e-9;
 
-/// What camera and scale are fitted to.
+/// The states that set the camera and the colour scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Fit {
-    /// All pictures together: bodies move and grow in a still frame, and a colour has one meaning.
+    /// All pictures together: the camera is fixed, and a colour has one meaning.
     #[default]
     Run,
     /// Each picture by itself.
     Each,
 }
 
-/// Which pictures are made, and their looks.
+/// Which pictures are made, and their appearance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
     /// The colour quantity.
     pub colour: Quantity,
-    /// The ends of the scale of colours, without those that fit the values.
+    /// The ends of the colour scale. Without it: fitted to the values.
     pub range: Option<[f64; 2]>,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Where bodies are seen from; without it from the top in a planar run, else obliquely.
+    /// The camera position. Without it: above a planar run, otherwise oblique.
     pub side: Option<Side>,
     /// The background.
     pub background: Background,
-    /// Pixels, or for a planar run seen from the top vectors.
+    /// The format: pixels, or vectors for a planar run seen from the top.
     pub format: Format,
-    /// What camera and scale are fitted to.
+    /// The states that set the camera and the colour scale.
     pub fit: Fit,
-    /// Whether there are words: time, number of bodies, bar of length, scale of colours.
+    /// Whether pictures have text: time, number of bodies, scale bar, colour scale.
     pub words: bool,
     /// Every Nth state, from the first of the interval on.
     pub every: usize,
@@ -90,7 +90,7 @@ impl Default for Frames {
     }
 }
 
-/// A picture that was made.
+/// A finished picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RenderedFrame {
     /// Its file, in the folder of the rendering.
@@ -105,14 +105,14 @@ pub struct RenderedFrame {
     pub centre: [f64; 3],
     /// Pixels to a length of one.
     pub pixels_per_length: f64,
-    /// Its scale of colours, where they are on one.
+    /// Its colour scale, if it has one.
     pub scale: Option<Scale>,
 }
 
-/// What was made, as `frames.json` has it.
+/// The result of a rendering, as in `frames.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Rendered {
-    /// Whether all pictures are there.
+    /// Whether all pictures are complete.
     pub complete: bool,
     /// The device that cast the rays; null on the CPU.
     pub adapter: Option<String>,
@@ -120,19 +120,19 @@ pub struct Rendered {
     pub colour: Quantity,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Where bodies are seen from.
+    /// The camera position.
     pub side: Side,
-    /// What camera and scale are fitted to.
+    /// The states that set the camera and the colour scale.
     pub fit: Fit,
     /// The pictures, in the order of their states.
     pub frames: Vec<RenderedFrame>,
-    /// What its user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
 /// Makes the pictures of `states`, which were [opened](States::open) from `source`, as `folder/frames/000000.png` and
-/// so on (`.svg` or `.pdf` for vectors), and `folder/frames.json`. What an earlier rendering left there, whole or not,
-/// is replaced.
+/// so on (`.svg` or `.pdf` for vectors), and `folder/frames.json`. They replace those of an earlier rendering, complete
+/// or not.
 ///
 /// ```
 /// use relcp::record::States;
@@ -157,7 +157,7 @@ pub fn render(
     render_on(None, source, states, frames, folder, watch)
 }
 
-/// As [`render`], the rays cast by a device where there is one.
+/// As [`render`], with the rays cast by a device if one is given.
 ///
 /// # Errors
 /// As [`render`], and [`RenderError::Device`].
@@ -203,7 +203,7 @@ pub fn render_on(
     Ok(rendered)
 }
 
-/// An interval of time in words.
+/// A description of an interval of time.
 pub(crate) fn interval(from: f64, to: f64) -> String {
     match (from.is_finite(), to.is_finite()) {
         (true, true) => format!("from time {from} to {to}"),
@@ -212,13 +212,13 @@ pub(crate) fn interval(from: f64, to: f64) -> String {
     }
 }
 
-/// Whether a time is in an interval, but for rounding.
+/// Whether a time is in an interval, up to rounding.
 pub(crate) fn inside(time: f64, from: f64, to: f64) -> bool {
     let slack = |bound: f64| if bound.is_finite() { ROUNDING * time.abs().max(bound.abs()) } else { 0.0 };
     time >= from - slack(from) && time <= to + slack(to)
 }
 
-/// Makes the folder, and removes the pictures of an earlier rendering.
+/// Creates the folder, and removes the pictures of an earlier rendering.
 fn clear(folder: &Path) -> Result<(), RenderError> {
     let pictures = folder.join(FOLDER);
     fs::create_dir_all(&pictures).map_err(RecordError::io(&pictures, "create the folder"))?;

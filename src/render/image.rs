@@ -10,13 +10,13 @@ pub struct Image {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) pixels: Vec<u8>,
-    /// How opaque each pixel is, of a picture that is not opaque everywhere.
+    /// The opacity of each pixel, if not all are opaque.
     pub(super) alpha: Option<Vec<u8>>,
 }
 
 impl Image {
-    /// A picture with opacities from the same picture on white and on black paper: where both agree it is opaque, and
-    /// where they differ by all that papers differ there is nothing.
+    /// A picture with opacities, from the same picture on white and on black paper: a pixel is opaque if both agree,
+    /// and empty if they differ by as much as the papers.
     pub(super) fn between(white: Image, black: &Image) -> Image {
         let mut alpha = Vec::with_capacity(white.pixels.len() / 3);
         let mut pixels = Vec::with_capacity(white.pixels.len());
@@ -41,7 +41,7 @@ impl Image {
         self.height
     }
 
-    /// How opaque each pixel is, from 0 to 255; `None` where all are opaque.
+    /// The opacity of each pixel, from 0 to 255; `None` if all are opaque.
     pub fn alpha(&self) -> Option<&[u8]> {
         self.alpha.as_deref()
     }
@@ -58,11 +58,10 @@ impl Image {
         self.pixels.get(first..first + 3)?.try_into().ok()
     }
 
-    /// Writes the picture as a PNG file. It appears under its name only when it is whole; a file of that name is
-    /// replaced.
+    /// Writes the picture as a PNG file, atomically; an existing file of that name is replaced.
     ///
     /// # Errors
-    /// Whatever the file system says when the file beside `path` cannot be made, written or renamed.
+    /// The error of the file system if the temporary file beside `path` cannot be created, written or renamed.
     pub fn write_png(&self, path: &Path) -> io::Result<()> {
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -73,7 +72,8 @@ impl Image {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            // As an ordinary new file; the process's mask applies. A temporary file would be for its owner alone.
+            // The permissions of an ordinary new file, subject to the process's mask. A temporary file would be
+            // readable by its owner alone.
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let mut file = builder.tempfile_in(folder)?;

@@ -1,7 +1,7 @@
-//! Where a line first meets a body, by family of shapes, and how far a body reaches in a direction.
+//! The first intersection of a line with a body, by family of shapes, and the reach of a body in a direction.
 //!
-//! All of it in body axes and in closed form, but for custom shapes (`convex_hit`) and the circle, whose surface is of
-//! fourth degree: `(|p|^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)`. Along a line measured from its point nearest to the
+//! Everything is in body axes and in closed form, except custom shapes (`convex_hit`) and the circle, whose surface is
+//! of fourth degree: `(|p|^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)`. Along a line measured from its point nearest to the
 //! centre that is a quartic without a cubic term, so its second derivative has two opposite roots or none; between them
 //! it is concave and outside them convex, and in each of the three parts Newton's iteration from the right end is
 //! monotone.
@@ -11,11 +11,11 @@ use crate::separation::point_to_convex;
 use crate::shape::{Centreline, Geometry};
 use glam::DVec3;
 
-/// Newton steps on the quartic. Convergence is quadratic but at a tangent line, where each step halves the error:
-/// 60 halvings exhaust the 53 bits of an `f64`.
+/// Newton steps on the quartic. Convergence is quadratic except at a tangent line, where each step halves the error: 60
+/// halvings exhaust the 53 bits of an `f64`.
 const NEWTON_STEPS: usize = 60;
 
-/// The least `t` for which `origin + t * direction` (a unit vector) lies on the surface; `None` where the line misses.
+/// The least `t` for which `origin + t * direction` (a unit vector) lies on the surface; `None` if the line misses.
 pub(super) fn first_hit(geometry: &Geometry, origin: DVec3, direction: DVec3) -> Option<f64> {
     match *geometry {
         Geometry::Centreline { curve: Centreline::Point, radius } => point(radius, origin, direction),
@@ -46,7 +46,7 @@ pub(super) fn normal(geometry: &Geometry, point: DVec3) -> DVec3 {
     }
 }
 
-/// How far the body reaches from its centre along a unit vector or its opposite, whichever is farther.
+/// The larger reach of the body from its centre along a unit vector or its opposite.
 pub(super) fn reach(geometry: &Geometry, direction: DVec3) -> f64 {
     match *geometry {
         Geometry::Centreline { curve, radius } => {
@@ -68,12 +68,12 @@ fn point(radius: f64, origin: DVec3, direction: DVec3) -> Option<f64> {
     (discriminant >= 0.0).then(|| -along - discriminant.sqrt())
 }
 
-/// A line enters through the side where it enters the endless cylinder between the ends, otherwise through the cap
-/// on the side of that entry: past an end, the body's cross-section is inside the cylinder's.
+/// A line enters through the side if it enters the infinite cylinder between the ends, otherwise through the cap on the
+/// side of that entry: beyond an end, the body's cross-section is inside the cylinder's.
 fn segment(half: f64, radius: f64, origin: DVec3, direction: DVec3) -> Option<f64> {
     let (o, d) = (origin.truncate(), direction.truncate());
     let square = d.length_squared();
-    // The line's moment about the axis: it keeps the discriminant exact where `square` is small.
+    // The line's moment about the axis keeps the discriminant accurate if `square` is small.
     let discriminant = square * radius * radius - o.perp_dot(d).powi(2);
     if square > 0.0 && discriminant < 0.0 {
         return None;
@@ -151,7 +151,7 @@ impl Quartic {
         self.convex_root(start.max(bend), f64::INFINITY)
     }
 
-    /// The least root in a convex part from `start`, before which there is none, to `end`.
+    /// The least root in a convex part from `start` to `end`, with no root before `start`.
     fn convex_root(&self, start: f64, end: f64) -> Option<f64> {
         let mut t = start;
         for _ in 0..NEWTON_STEPS {
@@ -160,7 +160,7 @@ impl Quartic {
                 return Some(t);
             }
             let next = t - value / slope;
-            // A rising slope: the least value is behind and was positive. Not a number: no root to speak of.
+            // A rising slope: the minimum is behind and was positive. NaN: no root.
             if slope >= 0.0 || next.is_nan() || next > end {
                 return None;
             }
@@ -172,7 +172,7 @@ impl Quartic {
         Some(t)
     }
 
-    /// The root before `start` in a concave part that `start` ends, with a value not above zero there.
+    /// The root before `start` in a concave part that ends at `start`, with a value of at most zero there.
     fn newton(&self, start: f64) -> f64 {
         let mut t = start;
         for _ in 0..NEWTON_STEPS {
@@ -292,7 +292,7 @@ mod tests {
         }
     }
 
-    /// Of all hits, none lies beyond the reach, and one comes near it.
+    /// No hit lies beyond the reach, and at least one comes near it.
     #[test]
     fn reach_is_the_support_function() {
         for (g, geometry) in geometries().iter().enumerate() {

@@ -1,9 +1,10 @@
-//! Pictures of bodies: rays against the smooth surfaces themselves, on the CPU or a device.
+//! Pictures of bodies by ray casting against the smooth surfaces themselves, on the CPU or a device.
 //!
-//! Rays are parallel, two by two to a pixel, and meet each body where its surface is, by the closed form of its family
-//! (`intersect`). A picture's bytes are the same for any number of threads. A device may cast the rays ([`Rays`]).
+//! Rays are parallel, 2 x 2 per pixel, and are intersected with each body's exact surface, by the closed form of its
+//! family (`intersect`). A picture's bytes are the same for any number of threads. A device may cast the rays
+//! ([`Rays`]).
 //!
-//! [`picture`] is of bodies; [`render`](fn@render) makes those of a run's states, and [`fn@movie`] a movie of them.
+//! [`picture`] draws bodies, [`render`](fn@render) a run's states, and [`fn@movie`] makes a movie of them.
 
 mod animation;
 mod backdrop;
@@ -52,17 +53,18 @@ use shade::Shading;
 use shadow::Shadow;
 use std::convert::Infallible;
 
-/// A middling body's thickness in pixels from which shadows are worth their time: finer ones are speckles.
+/// The median thickness of bodies, in pixels, from which shadows are drawn: for thinner bodies they would be speckles.
 const SHADOW_FROM: f32 = 1.5;
 
-/// Pixels of the picture to one of the light's own: its soft edges need no finer ones.
+/// Pixels of the picture per pixel of the light's own picture: soft edges need no finer ones.
 const SHADOW_COARSENESS: u32 = 2;
 
 /// The quantity that a body's colour shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Colour {
-    /// Where its axis points: the hue turns once in half a turn in the x-y plane, and pales out of that plane.
+    /// The direction of its axis: half a turn in the x-y plane is a full turn of the hue, which pales out of that
+    /// plane.
     #[default]
     Orientation,
     /// Divisions since its founder, by rank from the fewest (dark blue) to the most (yellow).
@@ -84,12 +86,12 @@ pub enum Background {
     White,
     /// Nearly black.
     Dark,
-    /// Nothing: a pixel is as opaque as what covers it. Words are as on white.
+    /// Transparent: each pixel has the opacity of its content. Text is as on white.
     Transparent,
 }
 
 impl Background {
-    /// The linear light of words and of what is behind them.
+    /// The linear colours of text and of its background.
     fn ink_and_paper(self) -> [Vec3; 2] {
         match self {
             Background::White | Background::Transparent => [[0.25, 0.0, 0.0], [1.0, 0.0, 0.0]],
@@ -114,10 +116,10 @@ pub enum Side {
     Oblique,
 }
 
-/// The size and the looks of a picture.
+/// The size and the appearance of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct View {
-    /// Width in pixels, from 1 to [`View::LARGEST_SIDE`]; others are brought into that range.
+    /// Width in pixels, clamped to 1 to [`View::LARGEST_SIDE`].
     pub width: u32,
     /// Height in pixels; as `width`.
     pub height: u32,
@@ -132,7 +134,8 @@ pub struct View {
 }
 
 impl View {
-    /// The most pixels in a row or a column: 64 bytes of memory a pixel make 16 GiB of the largest square picture.
+    /// The largest number of pixels in a row or a column: at 64 bytes per pixel, the largest square picture takes 16
+    /// GiB.
     pub const LARGEST_SIDE: u32 = 16_384;
 }
 
@@ -149,9 +152,9 @@ impl Default for View {
     }
 }
 
-/// The picture of all bodies of a scene, as large as they fit.
+/// The picture of all bodies of a scene, as large as possible.
 ///
-/// Bodies that are not finite are left out; without any body the picture is empty.
+/// Bodies that are not finite are omitted; without bodies the picture is empty.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
@@ -167,7 +170,7 @@ pub fn picture(bodies: &Bodies, view: &View) -> Image {
     picture_by(bodies, view, &Camera::fit(bodies, view))
 }
 
-/// As [`picture`], by a camera of one's own: one camera for all pictures of a movie keeps them still.
+/// As [`picture`], with a given camera, such as one for all pictures of a movie.
 pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
     let paint = |inks| {
         let Ok(image) = painted(bodies, view, camera, &colour::of_bodies(bodies, view.colour), inks, on_cpu);
@@ -179,19 +182,19 @@ pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
     }
 }
 
-/// The papers that a transparent picture is drawn on, to see through which of its pixels they show.
+/// The papers on which a transparent picture is drawn, to determine its opacity.
 const WHITE: Vec3 = Vec3::ONE;
 const BLACK: Vec3 = Vec3::ZERO;
 
-/// The ink of a transparent picture, and one of these papers.
+/// The ink of a transparent picture, with one of these papers.
 fn inks_on(paper: Vec3) -> [Vec3; 2] {
     [Background::Transparent.ink_and_paper()[0], paper]
 }
 
-/// As [`picture_by`], the rays cast by a device. Its pixels differ from the CPU's by rounding.
+/// As [`picture_by`], with the rays cast by a device. Its pixels differ from the CPU's by rounding.
 ///
 /// # Errors
-/// A [`GpuError`] where the device fails.
+/// A [`GpuError`] if the device fails.
 pub fn picture_on(rays: &Rays, bodies: &Bodies, view: &View, camera: &Camera) -> Result<Image, GpuError> {
     let colours = colour::of_bodies(bodies, view.colour);
     let paint = |inks| painted(bodies, view, camera, &colours, inks, on_device(rays));
@@ -211,7 +214,7 @@ fn on_device(rays: &Rays) -> impl Fn(&Bodies, &Camera, u32, u32) -> Result<Sampl
     |bodies, camera, width, height| Samples::cast_on(rays, bodies, camera, width, height)
 }
 
-/// As [`picture_by`], with a linear colour a body, ink and paper, and what casts the rays.
+/// As [`picture_by`], with a linear colour per body, ink and paper, and a function that casts the rays.
 fn painted<E>(
     bodies: &Bodies,
     view: &View,
@@ -225,7 +228,7 @@ fn painted<E>(
     let scale = camera.pixels_per_length();
     let thickness: Vec<f32> = bodies.shape.iter().map(|s| (s.thickness() * scale) as f32).collect();
     let typical = median(&thickness);
-    // Bodies in one plane throw hardly a shadow on each other.
+    // Bodies in one plane hardly cast shadows on each other.
     let shadow = match !view.planar && typical >= SHADOW_FROM {
         true => {
             let light = camera.to_space(shade::KEY_LIGHT.as_dvec3()).normalize();
@@ -262,7 +265,7 @@ fn bytes(light: Vec3) -> [u8; 3] {
     light.to_array().map(colour::encode)
 }
 
-/// The middle one of the finite values; zero without any.
+/// The median of the finite values; zero without any.
 fn median(values: &[f32]) -> f32 {
     let mut finite: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let middle = finite.len() / 2;

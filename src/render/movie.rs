@@ -1,4 +1,4 @@
-//! A movie of pictures: an animated PNG, or a video by the program `ffmpeg` where it is on the path.
+//! A movie of pictures: an animated PNG, or a video by the program `ffmpeg` if it is on the path.
 
 use super::frames::picture_file;
 use super::{RenderError, animation};
@@ -8,17 +8,18 @@ use crate::record::durable;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Endings of a video's name, and what the encoder calls these formats.
+/// Endings of a video's name, and the encoder's names of these formats.
 const VIDEOS: [(&str, &str); 3] = [("mp4", "mp4"), ("mov", "mov"), ("mkv", "matroska")];
 /// Endings of an animated PNG's name.
 const ANIMATIONS: [&str; 2] = ["png", "apng"];
 /// All of them, in a message.
 pub const ENDINGS: &str = ".png, .apng, .mp4, .mov or .mkv";
-/// Options of the video encoders, the first that the program has is taken: H.264 at its default quality, else MPEG-4.
+/// Options of the video encoders; the first that the program supports is used: H.264 at its default quality, else
+/// MPEG-4.
 const CODECS: [&[&str]; 2] = [&["-c:v", "libx264"], &["-c:v", "mpeg4", "-q:v", "2"]];
-/// Players take even widths and heights only: one more column or row where it must be.
+/// Players need even widths and heights: adds a column or a row if necessary.
 const EVEN: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
-/// The last bytes of what the encoder says that a message has.
+/// The number of bytes of the encoder's output in a message.
 const SAID: usize = 600;
 
 /// The program that makes movies.
@@ -34,17 +35,17 @@ impl Encoder {
     }
 }
 
-/// What a movie of a name is.
+/// The kind of a movie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MovieKind {
     /// An animated PNG, which the program writes itself.
     Animation,
-    /// A video, by `ffmpeg`, which calls it so.
+    /// A video, with its format name for `ffmpeg`.
     Video(&'static str),
 }
 
 impl MovieKind {
-    /// That of a movie of this name, by its ending.
+    /// The kind of a movie of this name, by its ending.
     pub fn of(movie: &Path) -> Option<MovieKind> {
         let ending = movie.extension()?.to_str()?.to_ascii_lowercase();
         if ANIMATIONS.contains(&ending.as_str()) {
@@ -65,12 +66,12 @@ fn is_program(file: &Path) -> bool {
     file.is_file()
 }
 
-/// Makes a movie of the pictures that [`render`](super::render) left in `folder`, so many a second. It is written
+/// Makes a movie of the pictures of [`render`](super::render) in `folder`, with `frames_a_second`. It is written
 /// atomically; a file of that name is replaced. An animation needs no encoder, repeats, and shows its last picture for
 /// a second.
 ///
 /// # Errors
-/// [`RenderError::Encoder`] where the program fails or the name is of no kind of movie; [`RenderError::NoEncoder`] for
+/// [`RenderError::Encoder`] if the program fails or the name has an unknown ending; [`RenderError::NoEncoder`] for
 /// a video without one; a file that cannot be read or written.
 pub fn movie(encoder: Option<&Encoder>, folder: &Path, frames_a_second: u32, movie: &Path) -> Result<(), RenderError> {
     match MovieKind::of(movie) {
@@ -117,7 +118,7 @@ fn video(
     })
 }
 
-/// The end of what a program said, in one line.
+/// The end of a program's output, in one line.
 fn last(said: &[u8]) -> String {
     let text = String::from_utf8_lossy(&said[said.len().saturating_sub(SAID)..]);
     text.split_whitespace().collect::<Vec<_>>().join(" ")

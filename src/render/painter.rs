@@ -1,4 +1,4 @@
-//! Draws the states of a run, one picture a state: looks at all of them first, then draws some at a time in parallel.
+//! Draws the states of a run, one picture per state: scans all of them first, then draws several in parallel.
 
 use super::backdrop::Backdrop;
 use super::camera::{Extent, axes_from};
@@ -18,25 +18,25 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::path::Path;
 
-/// Memory that the rays of the pictures drawn at a time may take together, in bytes; a picture alone may take more.
+/// The largest memory of the rays of all pictures that are drawn in parallel, in bytes; a single picture may take more.
 const MEMORY: usize = 2 << 30;
-/// Memory that a pixel takes while it is drawn, in bytes: four rays of 16 bytes, and its colour.
+/// Memory per pixel during drawing, in bytes: four rays of 16 bytes, and the colour.
 const MEMORY_A_PIXEL: usize = 67;
 
-/// A state that was looked at.
+/// A state that was scanned.
 pub(super) struct ScannedState {
-    /// Its number among the states.
+    /// The index of the state.
     index: usize,
     time: f64,
     extent: Extent,
     scale: Option<Scale>,
-    /// Whether some body is another one's daughter.
+    /// Whether any body is a daughter.
     births: bool,
-    /// Whether some body has a group.
+    /// Whether any body has a group.
     groups: bool,
 }
 
-/// What pictures of a run are drawn by.
+/// Draws the pictures of a run.
 pub(super) struct Painter<'a> {
     pub rays: Option<&'a Rays>,
     pub states: &'a States,
@@ -52,7 +52,7 @@ impl Painter<'_> {
     pub fn scan(&self, watch: Watch<'_>) -> Result<(Vec<ScannedState>, Option<String>), RenderError> {
         let Frames { from, to, every, .. } = *self.frames;
         let all = from == f64::NEG_INFINITY && to == f64::INFINITY;
-        // Without an interval those between need not be read.
+        // Without an interval, the states in between need not be read.
         let asked: Vec<usize> = (0..self.states.len()).step_by(if all { every.max(1) } else { 1 }).collect();
         let mut seen = Vec::new();
         let mut missing = (0, None);
@@ -104,7 +104,9 @@ impl Painter<'_> {
         let colour = self.frames.colour.name();
         let note = (missing.0 > 0).then(|| {
             let states = missing.0;
-            format!("{states} states have no {colour} and are left out; output.forces=true records the forces of all")
+            format!(
+                "{states} states have no {colour} and are left out; output.forces=true records forces in all states"
+            )
         });
         Ok((seen, note))
     }
@@ -135,7 +137,7 @@ impl Painter<'_> {
             colour: self.frames.colour.name(),
             why,
             help: "run with output.forces = true (output.forces=true as an override), and with contact.method relcp or snsd; \
-                   or choose orientation, length, speed, contacts or overlap, which every state tells",
+                   or choose orientation, length, speed, contacts or overlap, which all states have",
         })
     }
 
@@ -147,7 +149,7 @@ impl Painter<'_> {
         })
     }
 
-    /// Draws the states and writes the pictures, as many at a time as there are threads.
+    /// Draws the states and writes the pictures, one per thread at a time.
     pub fn draw(
         &self,
         seen: &[ScannedState],
@@ -210,7 +212,7 @@ impl Painter<'_> {
         })
     }
 
-    /// The picture of a state in pixels, packed.
+    /// The picture of a state in pixels, as PNG.
     fn pixels(
         &self,
         state: &Snapshot,

@@ -1,4 +1,4 @@
-//! The quantities that a run's pictures show by colour: a number for each body, from one recorded state.
+//! The quantities that a run's pictures show by colour: a value per body, from one recorded state.
 
 use crate::bodies::Bodies;
 use crate::measure::groups::number;
@@ -10,45 +10,46 @@ use crate::record::Snapshot;
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// Where its axis points: the hue turns once in half a turn in the x-y plane, and pales out of that plane.
+    /// The direction of its axis: half a turn in the x-y plane is a full turn of the hue, which pales out of that
+    /// plane.
     #[default]
     Orientation,
     /// Time since its birth.
     Age,
     /// Divisions since its founder.
     Generation,
-    /// Its longest extent, of a rod tip to tip.
+    /// Its longest extent, for a rod from tip to tip.
     Length,
     /// Its centre's speed.
     Speed,
-    /// How many bodies it touches.
+    /// The number of bodies that it touches.
     Contacts,
     /// Its deepest overlap with another body.
     Overlap,
-    /// The sum of the contact forces on it, whatever their directions. Needs output.forces.
+    /// The sum of the magnitudes of the contact forces on it. Needs output.forces.
     Force,
     /// Its contact pressure: the virial of the contact forces on it over its own volume, in a planar run its area.
     /// Needs output.forces.
     Pressure,
-    /// The number of its group in the scene's order, from 1; 0 of a body without one.
+    /// The number of its group in the scene's order, from 1; 0 for a body without one.
     Group,
     /// Nothing.
     Plain,
 }
 
-/// How a quantity's values become the ends of a scale.
+/// How the ends of a scale follow from a quantity's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ends {
-    /// From the least to the largest.
+    /// From the smallest to the largest.
     Least,
     /// From zero to the largest.
     Zero,
-    /// From zero to what 99 of 100 bodies do not exceed: a few far ones would take all of the scale.
+    /// From zero to the 99th percentile, so that a few outliers do not use most of the scale.
     Most,
 }
 
 impl Quantity {
-    /// All of them.
+    /// All quantities.
     pub(crate) const ALL: [Quantity; 11] = [
         Quantity::Orientation,
         Quantity::Age,
@@ -63,7 +64,7 @@ impl Quantity {
         Quantity::Plain,
     ];
 
-    /// Its name, as an option has it.
+    /// Its name in options.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Orientation => "orientation",
@@ -80,7 +81,7 @@ impl Quantity {
         }
     }
 
-    /// How its scale ends; `None` for those that are not on a scale.
+    /// The ends of its scale; `None` for a quantity without a scale.
     pub(crate) fn ends(self) -> Option<Ends> {
         match self {
             Quantity::Orientation | Quantity::Plain => None,
@@ -95,19 +96,19 @@ impl Quantity {
         matches!(self, Quantity::Age | Quantity::Generation)
     }
 
-    /// Its value of each body; none for those that are not on a scale.
+    /// Its value for each body; none for a quantity without a scale.
     ///
     /// # Errors
-    /// [`LeftOut`] where the state does not have it.
+    /// [`LeftOut`] if the state does not have it.
     pub fn of(self, state: &Snapshot, frame: &Frame) -> Result<Vec<f64>, LeftOut> {
         match self {
-            // What needs no contacts needs no view.
+            // Quantities without contacts need no view.
             Quantity::Orientation | Quantity::Plain => Ok(Vec::new()),
             _ => self.of_view(&View::new(state, frame, &Settings::default())),
         }
     }
 
-    /// As [`Quantity::of`], of a state that was looked at: of several quantities contacts are found once.
+    /// As [`Quantity::of`], for a view of a state, so that several quantities share its contacts.
     ///
     /// # Errors
     /// As [`Quantity::of`].

@@ -1,5 +1,5 @@
-//! Which body is seen where: bodies are sorted from front to back and put into the tiles of the picture that their
-//! bounds touch; then each tile casts its rays. Tiles are independent, so the outcome does not depend on threads.
+//! Visibility: bodies are sorted from front to back and assigned to the tiles of the picture that their bounds touch;
+//! then each tile casts its rays. Tiles are independent, so the result does not depend on threads.
 
 use super::camera::{Bounds, Camera};
 use super::intersect::{first_hit, normal};
@@ -9,14 +9,14 @@ use crate::gpu::GpuError;
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-/// Rays along a pixel's side: 2 x 2 to a pixel.
+/// Rays along a pixel's side: 2 x 2 per pixel.
 pub(super) const SUPERSAMPLING: usize = 2;
 /// Rays along a tile's side. 64 x 64 samples of 16 bytes fill 64 KiB, about a core's own cache.
 pub(super) const TILE: usize = 64;
-/// The value of [`Sample::body`] where no body is seen.
+/// The value of [`Sample::body`] without a visible body.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// What one ray has met.
+/// The first hit of a ray.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct Sample {
@@ -49,7 +49,7 @@ impl Samples {
         grid.cast(&drawn, &first, &members)
     }
 
-    /// The same on a device, but for what only the CPU casts.
+    /// The same on a device, or on the CPU if only it supports the bodies.
     pub fn cast_on(
         rays: &Rays,
         bodies: &Bodies,
@@ -65,7 +65,7 @@ impl Samples {
         Ok(tiles.map_or_else(|| grid.cast(&drawn, &first, &members), cast))
     }
 
-    /// What the ray in column `x` and row `y` from the top left has met.
+    /// The hit of the ray in column `x` and row `y` from the top left.
     #[inline]
     pub fn at(&self, x: usize, y: usize) -> &Sample {
         let tile = y / TILE * self.columns + x / TILE;
@@ -98,7 +98,7 @@ pub(super) struct Drawn {
 struct Grid {
     size: [usize; 2],
     tiles: [usize; 2],
-    /// Samples to a length of one.
+    /// Samples per length.
     scale: f64,
 }
 
@@ -121,7 +121,7 @@ impl Grid {
         Samples { width: self.size[0], height: self.size[1], columns: self.tiles[0], tiles }
     }
 
-    /// The bodies that cover a sample, the one that reaches nearest to the viewer first, equal ones by index.
+    /// The bodies that cover at least one sample, from the nearest to the viewer on, equal ones by index.
     fn front_to_back(&self, bodies: &Bodies, camera: &Camera) -> Vec<Drawn> {
         let mut drawn: Vec<Drawn> =
             (0..bodies.len()).into_par_iter().filter_map(|i| self.place(bodies, camera, i)).collect();
@@ -220,7 +220,7 @@ mod tests {
         bodies
     }
 
-    /// The area that a lone body covers, by counting rays.
+    /// The area that a single body covers, by counting rays.
     fn counted(bodies: &Bodies, planar: bool) -> f64 {
         let view = View { width: 300, height: 260, planar, ..View::default() };
         let camera = Camera::fit(bodies, &view);

@@ -1,7 +1,7 @@
-//! The rays of a picture on a device, in f32: the same lists of bodies by tile as on the CPU, a workgroup a tile.
+//! The rays of a picture on a device, in f32: the same lists of bodies by tile as on the CPU, one workgroup per tile.
 //!
-//! Lengths are in units of each body's own size, and a ray's place is the difference of whole samples and a rest, so
-//! that 32 bits are enough however large or far away bodies are.
+//! Lengths are in units of each body's own size, and a ray's position is the difference of whole samples plus a
+//! remainder, so 32 bits suffice for bodies of any size and distance.
 
 use super::raster::{Drawn, NOTHING, Sample, TILE};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Source, fragment};
@@ -10,20 +10,20 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use std::sync::{Arc, Mutex};
 
-/// Tiles of one dispatch: 32 MiB of samples, within every adapter's bounds.
+/// Tiles per dispatch: 32 MiB of samples, within every adapter's limits.
 const BAND: usize = 512;
-/// The limit on bodies of a tile on a device: some drivers end loops after this many rounds.
+/// The largest number of bodies in a tile on a device: some drivers end loops after this many iterations.
 const MOST_OF_A_TILE: usize = 65_535;
 const WORKGROUP: u32 = 128;
 
-/// What casts rays on a device.
+/// Casts rays on a device.
 pub struct Rays {
     gpu: Arc<Gpu>,
-    /// Pictures may be drawn by several threads, and a device does one thing at a time.
+    /// Several threads may draw pictures, but the kernel serves one at a time.
     kernel: Mutex<Kernel>,
 }
 
-/// As `Drawn` in `shaders/render/cast.wgsl`.
+/// The layout of `Drawn` in `shaders/render/cast.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Cast {
@@ -48,7 +48,7 @@ fn source() -> Source {
         .include(fragment!("render/cast.wgsl"))
 }
 
-/// The tag of the shape of a geometry, and its numbers in the shader; `None` for one that the shader does not know.
+/// The tag of the shape of a geometry, and its parameters in the shader; `None` if the shader does not support it.
 fn numbers(geometry: &Geometry) -> Option<(Tag, DVec3)> {
     match *geometry {
         Geometry::Centreline { curve: Centreline::Point, radius } => Some((Tag::Sphere, DVec3::new(0.0, radius, 0.0))),
@@ -64,7 +64,7 @@ fn numbers(geometry: &Geometry) -> Option<(Tag, DVec3)> {
 }
 
 impl Cast {
-    /// A body as the device has it; `scale` is samples to a length.
+    /// A body in the device's layout; `scale` is samples per length.
     fn new(drawn: &Drawn, scale: f64) -> Option<Cast> {
         let bounds = &drawn.bounds;
         let (kind, sizes) = numbers(&bounds.geometry)?;
@@ -103,7 +103,7 @@ impl Rays {
         &self.gpu
     }
 
-    /// The samples of all tiles, tile after tile; none where there is something that only the CPU casts.
+    /// The samples of all tiles, tile after tile; none if only the CPU supports some body.
     pub(super) fn cast(
         &self,
         drawn: &[Drawn],

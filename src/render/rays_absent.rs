@@ -4,14 +4,14 @@ use super::raster::{Drawn, Sample};
 use crate::gpu::{Gpu, GpuError};
 use std::sync::Arc;
 
-/// A device that casts rays: there is none.
+/// A device that casts rays: without the feature it has no value.
 pub enum Rays {}
 
 impl Rays {
-    /// Compiles the kernel of a device that is not there.
+    /// Compiles the kernel; never called, because no device exists.
     ///
     /// # Errors
-    /// None: there is no device to ask.
+    /// None: it is never called.
     pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
         match *gpu {}
     }

@@ -1,4 +1,4 @@
-//! A scale of colours: which value has which colour, the same in all pictures that share it.
+//! A colour scale: the mapping from values to colours, the same in all pictures that share it.
 
 use super::Quantity;
 use super::colour::{self, ramp};
@@ -7,10 +7,10 @@ use crate::bodies::Bodies;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// The part of the bodies of a state that a scale from zero to [`Ends::Most`] holds.
+/// The part of a state's bodies within a scale of [`Ends::Most`].
 const MOST: f64 = 0.99;
 
-/// The values at the ends of a ramp of colours; those beyond have the colours of the ends.
+/// The values at the ends of a colour ramp; values beyond get the colours of the ends.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Scale {
     /// The value at its start, dark blue.
@@ -22,7 +22,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The scale of a state's values, as the quantity would have it; those that are not numbers do not count.
+    /// The scale for a state's values, by the quantity's rule; NaN does not count.
     pub(crate) fn of(values: &[f64], ends: Ends) -> Option<Scale> {
         let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         let least = finite.iter().copied().reduce(f64::min)?;
@@ -38,7 +38,7 @@ impl Scale {
         Some(Scale { low, high, largest })
     }
 
-    /// That of two states together.
+    /// The scale of two states together.
     pub(crate) fn with(self, other: Scale) -> Scale {
         Scale {
             low: self.low.min(other.low),
@@ -47,7 +47,7 @@ impl Scale {
         }
     }
 
-    /// Where a value is, from 0 to 1; what is not a number is at the start.
+    /// The position of a value, from 0 to 1; NaN is at the start.
     pub fn place(&self, value: f64) -> f64 {
         let place = (value - self.low) / (self.high - self.low);
         if place.is_nan() { 0.0 } else { place.clamp(0.0, 1.0) }

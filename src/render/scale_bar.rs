@@ -3,10 +3,10 @@
 use super::Image;
 use super::text::{self, GLYPH};
 
-/// The bar takes at most this part of the picture's width.
+/// The largest length of the bar over the picture's width.
 pub(super) const LONGEST: f64 = 0.16;
 
-/// Draws the bar in `ink`, edged by `paper` so that it can be read over bodies.
+/// Draws the bar in `ink`, edged by `paper` so that it is legible over bodies.
 pub(super) fn draw(image: &mut Image, pixels_per_length: f64, ink: [u8; 3], paper: [u8; 3]) {
     let Some(dot) = text::dot(image) else { return };
     let Some((length, label)) = round_length(LONGEST * f64::from(image.width) / pixels_per_length) else { return };
@@ -21,7 +21,7 @@ pub(super) fn draw(image: &mut Image, pixels_per_length: f64, ink: [u8; 3], pape
     text::draw(image, &marks, dot, ink, paper);
 }
 
-/// The greatest of 1, 2 and 5 times a power of ten that is at most `longest`, and how it is written.
+/// The largest of 1, 2 and 5 times a power of ten that is at most `longest`, and its text.
 pub(super) fn round_length(longest: f64) -> Option<(f64, String)> {
     if !(longest.is_finite() && longest > 0.0) {
         return None;

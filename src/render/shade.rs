@@ -1,4 +1,4 @@
-//! Light, contact shadows and outlines, from what the rays have met.
+//! Light, contact shadows and outlines, from the hits of the rays.
 //!
 //! The darkening near contacts is the estimator of McGuire, Osman, Bukowski and Hennessy, "The Alchemy screen-space
 //! ambient obscurance algorithm" (2011), with a fixed pattern of neighbours for each ray of a pixel, so that no noise
@@ -16,52 +16,52 @@ const KEY: f32 = 0.78;
 const FILL: f32 = 0.16;
 /// Halfway between the main light and the viewer.
 const HALFWAY: Vec3 = Vec3::new(-0.2529, 0.3298, 0.9095);
-/// Light from all sides: from above, and from below.
+/// Ambient light: from above, and from below.
 const SKY: f32 = 0.34;
 const GROUND: f32 = 0.16;
 /// A soft gleam of the main light.
 const GLEAM: f32 = 0.13;
 const GLEAM_SHARPNESS: i32 = 24;
-/// Neighbours of one ray, and the turns of their spiral.
+/// The neighbours of a ray, and the turns of their spiral.
 const NEIGHBOURS: usize = 11;
 const SPIRAL_TURNS: f32 = 3.0;
-/// How much denser the spiral is near its start; 1 spaces it evenly.
+/// The density of the spiral near its start; 1 spaces it evenly.
 const SPIRAL_DENSITY: f32 = 1.5;
 /// How strongly neighbours darken.
 const OBSCURANCE: f32 = 1.0;
 /// A neighbour this little above the tangent plane (sine of the angle) does not darken: the surface itself curves.
 const OBSCURANCE_BIAS: f32 = 0.06;
-/// The darkening reaches this many body thicknesses, but not beyond this part of the picture's height.
+/// The darkening reaches this many body thicknesses, but at most this part of the picture's height.
 const REACH_THICKNESSES: f32 = 1.5;
 const REACH_OF_PICTURE: f32 = 0.06;
-/// Samples: a nearer neighbourhood than this shows nothing.
+/// The smallest useful reach in samples.
 const LEAST_REACH: f32 = 1.5;
-/// Outlines appear between these thicknesses of a body in pixels; below, they would be all that is seen.
+/// Outlines fade in between these thicknesses of a body in pixels; on thinner bodies they would hide the colour.
 const OUTLINE_FROM: f32 = 3.0;
 const OUTLINE_FULL: f32 = 9.0;
-/// A body's thickness in pixels at which its outline is two and three samples wide.
+/// The thicknesses of a body, in pixels, at which its outline becomes two and three samples wide.
 const OUTLINE_WIDER: [f32; 2] = [7.0, 60.0];
-/// How much of the light an outline leaves.
+/// The part of the light on an outline.
 const OUTLINE_LIGHT: f32 = 0.16;
 
-/// What the shading needs to know beside the samples.
+/// The inputs of shading beside the samples.
 pub(super) struct Shading<'a> {
     pub samples: &'a Samples,
     pub camera: &'a Camera,
-    /// What keeps the main light off, if it is to be shown.
+    /// The shadows of the main light, if they are drawn.
     pub shadow: Option<&'a Shadow>,
     /// Linear colour of each body.
     pub colours: &'a [Vec3],
     /// Thickness of each body in pixels.
     pub thickness: &'a [f32],
     pub background: Vec3,
-    /// Lengths to a sample.
+    /// Length per sample.
     pub sample_length: f32,
-    /// Thickness in samples of a middling body.
+    /// The median thickness of bodies in samples.
     pub typical: f32,
 }
 
-/// A place near a sample.
+/// A position near a sample.
 pub(super) struct Neighbour {
     /// Samples to the right and down.
     right: isize,
@@ -71,7 +71,7 @@ pub(super) struct Neighbour {
 }
 
 impl Shading<'_> {
-    /// The linear light of a pixel; `None` where only the background is seen.
+    /// The linear light of a pixel; `None` if it shows only the background.
     pub fn pixel(&self, x: usize, y: usize, pattern: &[Vec<Neighbour>]) -> Option<Vec3> {
         let (mut sum, mut seen) = (Vec3::ZERO, false);
         for (k, neighbours) in pattern.iter().enumerate() {
@@ -105,7 +105,7 @@ impl Shading<'_> {
         (0..rays).map(|ray| (0..count).map(|k| neighbour(ray as f32 / rays as f32, k)).collect()).collect()
     }
 
-    /// How far the darkening reaches, in samples.
+    /// The reach of the darkening, in samples.
     fn reach(&self) -> f32 {
         (self.typical * REACH_THICKNESSES).min(self.samples.height as f32 * REACH_OF_PICTURE)
     }
@@ -134,7 +134,7 @@ impl Shading<'_> {
         shadow.lit(point, self.camera.to_space(normal.as_dvec3()), ray)
     }
 
-    /// How open the surroundings of a sample are, from 0 to 1.
+    /// The openness of the surroundings of a sample, from 0 to 1.
     fn open(&self, x: usize, y: usize, sample: &Sample, normal: Vec3, neighbours: &[Neighbour]) -> f32 {
         if neighbours.is_empty() {
             return 1.0;
@@ -149,13 +149,14 @@ impl Shading<'_> {
             let to = neighbour.plane.extend(other.height - sample.height);
             let squared = to.length_squared();
             let above = to.dot(normal) - OBSCURANCE_BIAS * squared.sqrt();
-            // The divisor's second term: a neighbour in the same place says nothing.
+            // The second term of the divisor: a neighbour at the same position does not count.
             sum += above.max(0.0) / (squared + 0.01 * reach * reach);
         }
         (1.0 - OBSCURANCE * reach * sum / neighbours.len() as f32).max(0.0)
     }
 
-    /// How much of an outline a sample is, from 0 to 1: a body's own edge in front of another one or of nothing.
+    /// The weight of the outline at a sample, from 0 to 1: a body's own edge in front of another body or of the
+    /// background.
     fn outline(&self, x: usize, y: usize, sample: &Sample) -> f32 {
         let thickness = self.thickness[sample.body as usize];
         let strength = ((thickness - OUTLINE_FROM) / (OUTLINE_FULL - OUTLINE_FROM)).clamp(0.0, 1.0);

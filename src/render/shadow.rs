@@ -1,22 +1,23 @@
 //! Cast shadows: the bodies as the main light sees them (Williams, "Casting curved shadows on curved surfaces", 1978),
-//! looked up at a few places around a point, which softens the edge (Reeves, Salesin and Cook, 1987).
+//! sampled at a few positions around a point, which softens the edge (Reeves, Salesin and Cook, 1987).
 
 use super::camera::Camera;
 use super::raster::{SUPERSAMPLING, Samples};
 use crate::bodies::Bodies;
 use glam::{DVec3, Vec2};
 
-/// The most pixels along a side of the light's own picture: a quarter of a GiB.
+/// The largest side of the light's own picture in pixels: a quarter of a GiB.
 const LARGEST_SIDE: u32 = 2048;
-/// Half the width of a shadow's soft edge, in thicknesses of a middling body, and in samples at the least.
+/// Half the width of a shadow's soft edge, in median thicknesses of bodies; and the minimum in samples.
 const SOFTNESS: f32 = 0.10;
 const LEAST_SOFTNESS: f32 = 1.5;
-/// A point is looked up this many softnesses above its surface, lest the surface shade itself where light grazes it.
+/// A point is sampled this many softnesses above its surface, so that the surface does not shade itself in grazing
+/// light.
 const LIFT: f32 = 1.5;
-/// Places looked up around a point; each ray of a pixel turns them by its part of a quarter.
+/// The sample positions around a point; each ray of a pixel rotates them by its part of a quarter turn.
 const PLACES: [Vec2; 4] = [Vec2::new(0.9, 0.2), Vec2::new(-0.15, 0.65), Vec2::new(-0.6, -0.1), Vec2::new(0.25, -0.95)];
 
-/// What the main light reaches.
+/// The shadow map of the main light.
 pub(super) struct Shadow {
     samples: Samples,
     camera: Camera,
@@ -25,11 +26,11 @@ pub(super) struct Shadow {
 }
 
 impl Shadow {
-    /// The shadows of light that comes from the unit vector `light`; `thickness` is a middling body's, and `side` the
-    /// pixels along a side of the light's own picture.
+    /// The shadows of light from the direction of the unit vector `light`; `thickness` is the median of bodies, and
+    /// `side` the side of the light's own picture in pixels.
     ///
     /// # Errors
-    /// What `cast`, which casts the rays of that picture, fails with.
+    /// The error of `cast`, which casts the rays of that picture.
     pub fn cast<E>(
         bodies: &Bodies,
         light: DVec3,
@@ -45,8 +46,8 @@ impl Shadow {
         Ok(Shadow { samples, camera, softness: softness.max(LEAST_SOFTNESS) })
     }
 
-    /// The part of the main light, from 0 to 1, that reaches a point with this normal. `ray` is the ray's number in its
-    /// pixel.
+    /// The part of the main light, from 0 to 1, that reaches a point with this normal. `ray` is the index of the ray in
+    /// its pixel.
     pub fn lit(&self, point: DVec3, normal: DVec3, ray: usize) -> f32 {
         let samples_per_length = self.camera.pixels_per_length() * SUPERSAMPLING as f64;
         let lift = f64::from(LIFT * self.softness) / samples_per_length;

@@ -1,4 +1,4 @@
-//! Words, numbers and marks in a picture, in a font of dots: no font has to be found on a machine.
+//! Text and marks in a picture, in a built-in dot font, without fonts of the machine.
 
 use super::Image;
 
@@ -6,9 +6,9 @@ use super::Image;
 pub(super) const GLYPH: [usize; 2] = [5, 7];
 /// Dots from one glyph to the next.
 const ADVANCE: usize = GLYPH[0] + 1;
-/// Pictures are drawn with one more pixel to a dot for each of these many rows.
+/// A dot has one more pixel per side for every this many rows of the picture.
 const ROWS_A_DOT: u32 = 540;
-/// Pictures narrower or lower than this (pixels) have no room for words.
+/// Pictures narrower or lower than this, in pixels, have no text.
 const LEAST_SIDE: u32 = 160;
 
 const GLYPHS: [(char, [u8; GLYPH[1]]); 42] = [
@@ -59,18 +59,18 @@ const GLYPHS: [(char, [u8; GLYPH[1]]); 42] = [
 /// Left, top, width and height in pixels.
 pub(super) type Mark = [usize; 4];
 
-/// Pixels along a dot's side; `None` where the picture has no room for words.
+/// Pixels along a dot's side; `None` if the picture is too small for text.
 pub(super) fn dot(image: &Image) -> Option<usize> {
     (image.width.min(image.height) >= LEAST_SIDE).then(|| (image.height / ROWS_A_DOT).max(1) as usize)
 }
 
-/// Pixels that a text takes across.
+/// The width of a text in pixels.
 pub(super) fn width(text: &str, dot: usize) -> usize {
     (text.chars().count() * ADVANCE * dot).saturating_sub(dot)
 }
 
-/// The marks of a text whose first letter's top left corner is at `left` and `top`. A letter that the font has not is
-/// left blank.
+/// The marks of a text whose first letter's top left corner is at `left` and `top`. A letter that the font lacks is
+/// blank.
 pub(super) fn marks(text: &str, left: usize, top: usize, dot: usize) -> Vec<Mark> {
     let mut marks = Vec::new();
     for (k, letter) in text.chars().enumerate() {
@@ -84,7 +84,7 @@ pub(super) fn marks(text: &str, left: usize, top: usize, dot: usize) -> Vec<Mark
     marks
 }
 
-/// Draws marks in `ink`, edged by `paper` so that they can be read over bodies.
+/// Draws marks in `ink`, edged by `paper` so that they are legible over bodies.
 pub(super) fn draw(image: &mut Image, marks: &[Mark], dot: usize, ink: [u8; 3], paper: [u8; 3]) {
     for &[x, y, width, height] in marks {
         let (left, top) = (x.saturating_sub(dot), y.saturating_sub(dot));
@@ -95,7 +95,7 @@ pub(super) fn draw(image: &mut Image, marks: &[Mark], dot: usize, ink: [u8; 3], 
     }
 }
 
-/// Fills a rectangle, as far as it is inside the picture.
+/// Fills the part of a rectangle that is inside the picture.
 pub(super) fn fill(image: &mut Image, [x, y, width, height]: Mark, colour: [u8; 3]) {
     let columns = image.width as usize;
     for row in y..(y + height).min(image.height as usize) {
@@ -105,7 +105,7 @@ pub(super) fn fill(image: &mut Image, [x, y, width, height]: Mark, colour: [u8; 
     }
 }
 
-/// A number with at most `digits` significant digits, with an exponent where zeros would fill the line.
+/// A number with at most `digits` significant digits, with an exponent instead of many zeros.
 pub(super) fn number(value: f64, digits: usize) -> String {
     let short = format!("{value:.*e}", digits.saturating_sub(1));
     match short.parse::<f64>() {

@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum RunError {
-    /// A step could not be taken. The state before it is in the checkpoint.
+    /// A step failed. The state before it is in the checkpoint.
     #[error(transparent)]
     #[diagnostic(help(
         "the state before this step is in the run's checkpoint; a smaller time.dt, or less force, may help"

@@ -12,7 +12,7 @@ pub fn together(processes: Processes) -> Together {
 }
 
 /// Executes the commands of rank 0 until it ends. If one fails here only, `complain` gets the reason and all processes
-/// end with `status`: the others would wait for ever.
+/// end with `status`: the others would wait forever.
 pub fn follow(processes: Processes, status: u8, complain: impl Fn(&str)) {
     let together = together(processes);
     let mut simulation: Option<Simulation> = None;

@@ -25,13 +25,13 @@ impl Measures {
         Self::of(scene, |columns| Rows::create(path, columns))
     }
 
-    /// Takes the file up again as it was after step `last`: see [`Rows::reopen`].
+    /// Reopens the file as it was after step `last`: see [`Rows::reopen`].
     pub(super) fn reopen(path: &Path, scene: &Scene, last: Option<u64>) -> Result<Option<Self>, RecordError> {
         Self::of(scene, |columns| Rows::reopen(path, columns, last))
     }
 
     fn of(scene: &Scene, open: impl Fn(&[&str]) -> Result<Rows, RecordError>) -> Result<Option<Self>, RecordError> {
-        // A validated scene names none that is not there; no name would be all of them.
+        // A validated scene names only existing measures; an empty list would mean all of them.
         let names = &scene.output.measures;
         let Some(measures) = measure::select(names).ok().filter(|_| !names.is_empty()) else { return Ok(None) };
         let columns: Vec<&str> =
@@ -61,12 +61,12 @@ impl Measures {
         Ok(self.rows.push((step, time, snapshot.bodies.len(), values)))
     }
 
-    /// Hands the rows so far to the system.
+    /// Flushes the rows to the system.
     pub(super) fn flush(&mut self) -> Result<(), RecordError> {
         self.rows.flush()
     }
 
-    /// Makes the rows so far last.
+    /// Syncs the rows to the disk.
     pub(super) fn sync(&mut self) -> Result<(), RecordError> {
         self.rows.sync()
     }

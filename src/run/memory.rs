@@ -1,6 +1,6 @@
-//! How much memory the process has taken.
+//! The peak memory of the process.
 
-/// The most memory that the process has held so far, in bytes; `None` if the system does not report it (`VmHWM` in
+/// The peak memory of the process so far, in bytes; `None` if the system does not report it (`VmHWM` in
 /// `/proc/self/status`, as Linux does).
 pub fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

@@ -1,4 +1,4 @@
-//! A run: a simulation that is stepped to its end and leaves its folder.
+//! A run: a simulation that steps to its end and writes its folder.
 
 mod error;
 #[cfg(feature = "mpi")]
@@ -34,14 +34,14 @@ use schedule::Schedule;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Wall time between checkpoints: what a crash loses at most. A checkpoint costs far less than a second (22 MB at
-/// 131,072 rods), so a minute keeps it out of the account.
+/// Wall time between checkpoints, the most that a crash loses. A checkpoint costs far less than a second (22 MB at
+/// 131,072 rods), so once per minute is negligible.
 pub const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 
-/// The picture that a run ends with, in pixels: a run of seconds should not wait for it.
+/// The size of a run's final picture in pixels: a run of seconds should not wait for it.
 const PICTURE_SIDES: [u32; 2] = [1280, 720];
 
-/// A simulation and the folder that it leaves.
+/// A simulation and its folder.
 ///
 /// ```
 /// use relcp::record::Folder;
@@ -70,7 +70,7 @@ pub struct Run {
     checkpoint_every: Duration,
     last_checkpoint: Instant,
     notes: Vec<String>,
-    /// Of a run that stopped at a step.
+    /// The summary of a run that stopped at a failed step.
     stopped: Option<Summary>,
 }
 
@@ -103,15 +103,15 @@ impl Run {
         Ok(run)
     }
 
-    /// Goes on with the run of `scene` in `folder`, from its checkpoint, to the same bits as if it had never stopped.
+    /// Continues the run of `scene` in `folder` from its checkpoint, to the same bits as an uninterrupted run.
     ///
-    /// A damaged checkpoint is passed over for the one before it, with a [note](Run::notes). Rows and states after the
+    /// If the checkpoint is damaged, the previous one is used, with a [note](Run::notes). Rows and states after the
     /// checkpoint are removed; the run makes them again.
     ///
     /// # Errors
-    /// [`RecordError::OtherScene`] where the folder's run is of another scene; a checkpoint that cannot be read, a file
-    /// that cannot be written, and what [`SimulationBuilder::build`](crate::simulation::SimulationBuilder::build)
-    /// refuses.
+    /// [`RecordError::OtherScene`] if the folder belongs to a different scene; a checkpoint that cannot be read, a file
+    /// that cannot be written, and everything that
+    /// [`SimulationBuilder::build`](crate::simulation::SimulationBuilder::build) refuses.
     pub fn resume(scene: Scene, folder: Folder, compute: &Compute) -> Result<Self, RunError> {
         Run::take_up(scene, folder, None, compute)
     }
@@ -209,12 +209,12 @@ impl Run {
         }
     }
 
-    /// Makes checkpoints at another pace than [`CHECKPOINT_EVERY`].
+    /// Sets the wall time between checkpoints, by default [`CHECKPOINT_EVERY`].
     pub fn checkpoint_every(&mut self, wall: Duration) {
         self.checkpoint_every = wall;
     }
 
-    /// What its user should know of how it was taken up.
+    /// Notes for the user on the resumption.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -224,7 +224,7 @@ impl Run {
         &self.simulation
     }
 
-    /// Adds an external force beside the scene's own. A resumed run must be given those that it was started with.
+    /// Adds an external force to those of the scene. A resumed run needs the same forces again.
     pub fn add_force(&mut self, force: Box<dyn ForceField>) {
         self.simulation.add_force(force);
     }
@@ -234,7 +234,7 @@ impl Run {
         &self.folder
     }
 
-    /// What it did so far.
+    /// The totals so far.
     pub fn totals(&self) -> &Totals {
         &self.totals
     }
@@ -253,7 +253,7 @@ impl Run {
         self.save_lcps()?;
         let report = match stepped {
             Ok(report) => report,
-            // A device that failed has no state to give: the last checkpoint stays.
+            // A failed device has no state: the last checkpoint remains.
             Err(fault @ (Fault::Device(_) | Fault::Processes(_))) => return Err(fault.into()),
             Err(fault) => {
                 self.stopped = Some(self.close(RunStatus::Stopped, Some(&fault))?);
@@ -272,7 +272,7 @@ impl Run {
         if let Some(lives) = &mut self.lives {
             lives.push(self.simulation.ended())?;
         }
-        // Where it ends is not known to the schedule before it is there.
+        // The schedule does not know the end in advance.
         let done = self.simulation.done();
         if done || self.schedule.row_due(report.step) {
             self.steps.push(report, wall.as_secs_f64())?;
@@ -324,7 +324,7 @@ impl Run {
         Ok(durable::place(&path, &bytes)?)
     }
 
-    /// Writes the checkpoint, and keeps the one before it. The rows and states up to it are made to last first.
+    /// Writes the checkpoint, and keeps the one before it. The rows and states up to it are synced first.
     pub fn checkpoint(&mut self) -> Result<(), RunError> {
         let begun = Instant::now();
         self.steps.sync()?;
@@ -370,7 +370,7 @@ impl Run {
         if self.simulation.done() || stopped.is_some() {
             write_scene(&self.folder.last(), &self.simulation.final_scene()?)?;
         }
-        // Before the picture, so that its memory does not count as the simulation's.
+        // Before the picture, whose memory must not count as the simulation's.
         let mut summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, (status, stopped), overlap)?;
         self.draw()?;
         self.count_output(begun);
@@ -427,8 +427,8 @@ fn write_scene(path: &Path, scene: &Scene) -> Result<(), RecordError> {
     durable::write(path, &bytes)
 }
 
-/// The last checkpoint that can be read, and the fault of the newer one where that is the older. Where neither can be
-/// read, the newer one's fault is what counts.
+/// The last readable checkpoint, with the fault of the newer one if it is the older. If neither is readable, the fault
+/// of the newer one.
 fn read_checkpoint(folder: &Folder) -> Result<(Header, State, Option<RecordError>), RecordError> {
     match read_state(&folder.checkpoint()) {
         Ok((header, state)) => Ok((header, state, None)),

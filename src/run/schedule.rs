@@ -1,9 +1,9 @@
-//! Which steps are recorded: a function of the step's number alone, so that a resumed run records the same ones.
+//! Which steps are recorded: a function of the step's index alone, so that a resumed run records the same steps.
 
 use crate::scene::Scene;
 
-/// How far under a whole multiple of the interval a time may be and still count as it, relative to the interval: far
-/// above the rounding of a time divided by an interval, far below any step.
+/// A time this far below a multiple of the interval counts as the multiple, relative to the interval: far above the
+/// rounding of a time divided by an interval, far below any step.
 const ROUNDING: f64 = 1e-9;
 
 /// Which steps are recorded.
@@ -18,7 +18,7 @@ pub(super) struct Schedule {
 impl Schedule {
     pub(super) fn new(scene: &Scene) -> Self {
         let steps = scene.time.steps();
-        // Without a duration there is no step to ask for.
+        // A run without duration has no steps.
         let interval = scene.output_every().map_or(1.0, |every| every / scene.time.dt);
         Schedule { steps, stride: scene.output.step_stride.max(1), interval }
     }

@@ -1,4 +1,4 @@
-//! `summary.json`: what a run did, as other programs read it.
+//! `summary.json`: the summary of a run, for other programs.
 
 use super::memory::peak_bytes;
 use super::way;
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum RunStatus {
-    /// It went to its end, and every step met its tolerances.
+    /// It reached its end, and every step met its tolerances.
     Done,
     /// It reached its end; some step, or the final state measured again, did not meet its tolerances.
     OutOfTolerance,
@@ -24,7 +24,7 @@ pub enum RunStatus {
     Interrupted,
     /// A step could not meet its tolerances; the run ended with the state before it.
     Stopped,
-    /// A step could not be taken, of a run by an earlier version.
+    /// A step failed, in a run of an earlier version.
     Fault,
 }
 
@@ -38,27 +38,27 @@ impl RunStatus {
 /// Sum, mean and largest of a count over the steps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Recursions {
-    /// A step's, on average.
+    /// The mean per step.
     pub mean: f64,
-    /// Most of a step.
+    /// The largest of a step.
     pub max: u32,
-    /// Of all steps.
+    /// The sum over all steps.
     pub total: u64,
 }
 
 /// Rows of the steps' last LCPs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Constraints {
-    /// The last step's.
+    /// Those of the last step.
     #[serde(rename = "final")]
     pub last: u64,
-    /// A step's, on average.
+    /// The mean per step.
     pub mean: f64,
-    /// Most of a step.
+    /// The largest of a step.
     pub max: u64,
 }
 
-/// What the LCP solver did.
+/// The work of the LCP solver.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SolverSummary {
     /// The solver that the scene selects.
@@ -67,54 +67,54 @@ pub struct SolverSummary {
     pub iterations: u64,
     /// Applications of `A` over all solves.
     pub products: u64,
-    /// Solves that the safeguard of `auto` went on with.
+    /// Solves that used the safeguard of `auto`.
     pub fallbacks: u64,
-    /// Largest residual that a solve ended with, a length; null where it was not finite.
+    /// The largest final residual of a solve, a length; null if it was not finite.
     pub worst_residual: f64,
     /// Solves that did not reach the solver's tolerance.
     pub unconverged: u64,
-    /// The first steps that had one.
+    /// The first steps with such a solve.
     pub unconverged_steps: Vec<UnconvergedStep>,
 }
 
-/// The most memory held.
+/// The peak memory.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PeakBytes {
     /// By this process, before it draws the picture; null if the system does not report it.
     pub host: Option<u64>,
-    /// On a device; null where there is none.
+    /// On a device; null without one.
     pub device: Option<u64>,
 }
 
-/// What a run did. Lengths are in the scene's unit; a length that was not finite is null.
+/// The summary of a run. Lengths are in the scene's unit; a length that was not finite is null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// The scene's name.
     pub name: String,
     /// The status of the run.
     pub status: RunStatus,
-    /// Whether it went to its end.
+    /// Whether it reached its end.
     pub completed: bool,
-    /// Which part of the scene's `growth.stop` ended it before `time.end`; null where none did.
+    /// Which part of the scene's `growth.stop` ended it before `time.end`; null if none did.
     pub stopped_by: Option<StopReason>,
     /// Why it is out of tolerance or stopped, in one word; null if it is neither. [`Totals::reason`] and
     /// [`Fault::name`] list them; `final_overlap` if all steps met the tolerance and the final state does not.
     pub reason: Option<String>,
-    /// The same in a sentence; null where no step was refused.
+    /// The same in a sentence; null if no step was refused.
     pub message: Option<String>,
-    /// What its user should know, in sentences: of the scene, and of its steps.
+    /// Warnings about the scene and its steps.
     pub warnings: Vec<String>,
     /// `relcp`, `snsd` or `multisphere`.
     pub method: &'static str,
     /// `euler` or `midpoint`.
     pub stepping: Stepping,
-    /// What computed the last step: `cpu` or `gpu`.
+    /// The backend of the last step: `cpu` or `gpu`.
     pub backend: &'static str,
-    /// Which device computed it; null on the CPU.
+    /// Its device; null on the CPU.
     pub adapter: Option<String>,
-    /// The precision that it was computed in.
+    /// The precision of the computation.
     pub precision: &'static str,
-    /// What computed which steps: one entry for each time that the run was started or resumed.
+    /// Which backend computed which steps: one entry per start or resumption of the run.
     pub legs: Vec<Leg>,
     /// Threads of the run that wrote this file.
     pub threads: usize,
@@ -126,7 +126,7 @@ pub struct Summary {
     pub state_hash: String,
     /// Bodies now.
     pub bodies: usize,
-    /// How many bodies each rule of the scene's `removal` has removed, in their order; absent without rules.
+    /// The number of bodies that each rule of the scene's `removal` has removed, in order; absent without rules.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub removed: Vec<u64>,
     /// Accepted steps, including those before a resumption.
@@ -135,7 +135,7 @@ pub struct Summary {
     pub time: f64,
     /// Step size.
     pub dt: f64,
-    /// What everything random was drawn from.
+    /// The seed of all random numbers.
     pub seed: u64,
     /// Largest overlap that a step may leave.
     pub overlap_tolerance: f64,
@@ -145,13 +145,13 @@ pub struct Summary {
     pub max_overlap: f64,
     /// Largest overlap of the run's last state, recomputed from it.
     pub final_max_overlap: f64,
-    /// Largest overlap of sub-spheres that a step left; null where the method has none.
+    /// Largest overlap of sub-spheres that a step left; null if the method has none.
     pub proxy_max_overlap: Option<f64>,
     /// Steps that left more than the overlap tolerance.
     pub steps_over_tolerance: u64,
     /// The first of them.
     pub first_over_tolerance: Vec<OverStep>,
-    /// Steps in which bodies went through each other.
+    /// Steps in which bodies tunnelled.
     pub steps_passed: u64,
     /// The first of them.
     pub first_passed: Vec<PassedStep>,
@@ -159,9 +159,9 @@ pub struct Summary {
     pub steps_unsettled: u64,
     /// The first of them.
     pub first_unsettled: Vec<UnsettledStep>,
-    /// The farthest that contact moved a body's centre from its free motion in a step.
+    /// The largest displacement of a body's centre by contact from its free motion in a step.
     pub largest_move: f64,
-    /// The farthest that a body's velocity carries it in a step, in thicknesses of its own, by the recorded states.
+    /// The largest displacement of a body in a step by its velocity, in its own thicknesses, over the recorded states.
     pub farthest_way: f64,
     /// The largest separation of a contact that pushed at the end of a step.
     pub largest_push_gap: f64,
@@ -171,7 +171,7 @@ pub struct Summary {
     pub largest_axial_spin: f64,
     /// Steps with rows that were rebuilt because they pushed bodies that no longer touched.
     pub steps_loosened: u64,
-    /// Steps that did not go at once.
+    /// Repeated steps.
     pub retried: Retried,
     /// Recursions per step after the first solve: mean, largest, total.
     pub recursions: Recursions,
@@ -181,11 +181,11 @@ pub struct Summary {
     pub solver: SolverSummary,
     /// Wall time by phase, over all resumptions.
     pub wall_seconds: WallSeconds,
-    /// The most memory held.
+    /// The peak memory.
     pub peak_bytes: PeakBytes,
 }
 
-/// The name of a method, as a scene has it.
+/// The name of a method in scenes.
 fn method_name(method: Method) -> &'static str {
     match method {
         Method::Relcp => "relcp",
@@ -194,11 +194,11 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// The reason of a run whose steps all met the tolerance, and whose last state, measured again, does not.
+/// The reason of a run whose steps all met the tolerance, but whose recomputed last state does not.
 const FINAL_OVERLAP: &str = "final_overlap";
 
-/// By how much two ways to compute a separation may differ in the run's precision: the part of the sizes that tests
-/// hold separations on a device to.
+/// The largest difference of two ways to compute a separation in the run's precision: the bound of the tests of
+/// separations on a device, relative to the sizes.
 fn rounding(simulation: &Simulation) -> Result<f64, Fault> {
     let part = if simulation.precision() == Precision::F32 { 2e-6 } else { 1e-11 };
     let shapes = &simulation.state()?.bodies.shape;
@@ -206,8 +206,8 @@ fn rounding(simulation: &Simulation) -> Result<f64, Fault> {
 }
 
 impl Summary {
-    /// Of a simulation and the totals of its steps; `final_max_overlap` is [`max_overlap`](crate::step::max_overlap) of
-    /// its state.
+    /// The summary of a simulation and the totals of its steps; `final_max_overlap` is
+    /// [`max_overlap`](crate::step::max_overlap) of its state.
     ///
     /// # Errors
     /// As [`Simulation::state`].

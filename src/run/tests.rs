@@ -1,4 +1,4 @@
-//! A run that is taken up again leaves what it would have left.
+//! A resumed run writes the files of an uninterrupted run.
 
 use super::*;
 use crate::bodies::Bodies;
@@ -33,7 +33,7 @@ fn rows(folder: &Path) -> Vec<String> {
     text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
 }
 
-/// The files that a run must leave the same, and the same bits of the states.
+/// The files that must be equal, and the bits of the states.
 fn left(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut files: Vec<_> = fs::read_dir(folder.join("states")).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.extend([folder.join("scene.json"), folder.join("final.json")]);
@@ -44,7 +44,7 @@ fn left(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
-/// Even if all steps met the tolerance, the last state, measured again, decides.
+/// Even if all steps met the tolerance, the recomputed last state decides.
 #[test]
 fn a_run_whose_final_state_overlaps_is_out_of_tolerance() {
     let folder = tempfile::tempdir().unwrap();
@@ -130,7 +130,7 @@ fn what_is_measured_while_it_runs_is_what_is_measured_afterwards_and_survives_a_
         let state = after.steps.iter().position(|of| *of == step).unwrap();
         for (column, cell) in columns.iter().zip(&row).skip(3) {
             let cell: Option<f64> = (!cell.is_empty()).then(|| cell.parse().unwrap());
-            // States do not hold the forces here, and rates take more than one state.
+            // States have no forces here, and rates need more than one state.
             let both = cell.zip(after.value(state, column));
             compared += usize::from(both.is_some());
             assert!(both.is_none_or(|(now, then)| now == then), "{column} of step {step}: {cell:?}");
@@ -203,7 +203,7 @@ fn another_scene_is_refused_by_its_keys() {
     }
 }
 
-/// The run to the end of its scene, and on to another.
+/// The run to the end of its scene, and on to a later one.
 fn on_to(place: &Path, scene: &Scene, until: f64) -> Result<Summary, RunError> {
     let folder = Folder::open(&place.join("run")).unwrap();
     Ok(to_end(Run::resume_until(scene.clone(), folder, until, &Compute::Cpu)?))
@@ -230,7 +230,7 @@ fn a_finished_run_goes_on_to_a_later_end_with_the_rows_and_the_bits_of_one_run()
     assert_eq!(extended.scene_hash, whole.scene_hash);
     let [ours, theirs] = [&place, &whole_place].map(|place| rows(&place.path().join("run")));
     assert_eq!(ours, theirs);
-    // Cut short between the later end in its scene and the checkpoint that has it, it can be asked again.
+    // After a crash between the later end in its scene and its checkpoint, it can be requested again.
     let refused = on_to(place.path(), &longer, 0.5 * end).err().unwrap();
     assert!(refused.to_string().contains("name a later one"), "{refused}");
 }
@@ -241,7 +241,7 @@ fn a_run_whose_last_step_was_shorter_does_not_go_on() {
     let mut scene = rods_scene(place.path());
     scene.time.end = scene.time.start + 2.5 * scene.time.dt;
     let mut run = begun(place.path(), scene.clone());
-    // Before that step it may.
+    // Before that step it is allowed.
     run.advance().unwrap();
     run.finish().unwrap();
     let end = scene.time.end;

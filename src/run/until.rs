@@ -1,20 +1,20 @@
-//! Going on past a run's end.
+//! Continuing past a run's end.
 
 use crate::digits::exact;
 use crate::record::{Header, scene_hash};
 use crate::scene::Scene;
 
-/// The recorded scene with a later end; its states stay at the interval that the run had. Or why it cannot be, with
-/// what to do.
+/// The recorded scene with a later end and the same interval of states; or the reason why this is not possible, with a
+/// remedy.
 pub(super) fn extended(scene: &Scene, taken: u64, until: f64) -> Result<Scene, String> {
     let (time, last) = (scene.time, scene.time.steps());
-    // Not a number is no later time.
+    // NaN is not a later time.
     if until < time.end || until.is_nan() {
         return Err(format!("its end is at time {}; name a later one, not {}", exact(time.end), exact(until)));
     }
     if taken >= last && time.span(last) < 1.0 && until > time.end {
         return Err(format!(
-            "time.dt, {}, does not divide its time, so that its last step is a shorter one; start a new run from its final.json",
+            "time.dt, {}, does not divide its time, so its last step was shorter; start a new run from its final.json",
             exact(time.dt)
         ));
     }
@@ -25,17 +25,17 @@ pub(super) fn extended(scene: &Scene, taken: u64, until: f64) -> Result<Scene, S
     Ok(extended)
 }
 
-/// Whether a checkpoint is of this scene; also where the program ended between the later end in `scene.json` and the
-/// checkpoint that has it.
+/// Whether a checkpoint belongs to this scene, also after a crash between the later end in `scene.json` and its
+/// checkpoint.
 pub(super) fn is_of(header: &Header, scene: &Scene) -> bool {
     let mut ended = scene.clone();
     ended.time.end = header.time;
     header.scene == scene_hash(scene) || header.scene == scene_hash(&ended)
 }
 
-/// What is wrong with a run whose bodies were all removed.
+/// The reason for a run whose bodies were all removed.
 pub(super) const EMPTY: &str = "no body is left; start a new run";
 
-/// What is wrong with a run that its growth ended.
+/// The reason for a run that `growth.stop` ended.
 pub(super) const STOPPED: &str = "growth.stop ended it, which a later end does not lift; start a new run from its \
                                   final.json, with another growth.stop";

@@ -32,7 +32,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// What [`Scene::validate`] refuses, and a rule of `generate` that finds no place for a body.
+    /// Everything that [`Scene::validate`] refuses, and a rule of `generate` that finds no free position for a body.
     pub fn build(&self) -> Result<Bodies, SceneError> {
         self.build_while(&mut |_| true)
     }
@@ -51,7 +51,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// As [`Scene::build`], and [`FaultKind::Interrupted`](super::FaultKind) where it was stopped.
+    /// As [`Scene::build`], and [`FaultKind::Interrupted`](super::FaultKind) if it was stopped.
     pub fn build_while(&self, goes_on: &mut dyn FnMut(usize) -> bool) -> Result<Bodies, SceneError> {
         self.validate()?;
         let names = self.group_names();
@@ -73,11 +73,11 @@ impl Scene {
         Ok(bodies)
     }
 
-    /// The ids of the starting bodies, without end: a body without lineage has the next one after the largest that the
-    /// scene gives.
+    /// The ids of the starting bodies, an infinite sequence: a body without lineage gets the next id after the largest
+    /// in the scene.
     pub(super) fn ids(&self) -> impl Iterator<Item = u64> + '_ {
         let given = self.bodies.iter().map(|b| b.lineage.map(|line| line.id)).chain(std::iter::repeat(None));
-        // A parent's id stays reserved after the parent has gone.
+        // A parent's id stays reserved after the parent has divided or was removed.
         let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
         let mut next = taken.max().unwrap_or(0).max(self.next_id.unwrap_or(0));
         given.map(move |id| {
@@ -97,12 +97,12 @@ impl Scene {
     }
 
     /// A scene that starts from `bodies` at `time` and continues this one: full precision, groups, lineage, and
-    /// velocities if the law has inertia. Its `end` is this scene's, or `time` where that is later. Its steps draw
-    /// other random numbers than this one's, as it starts at another time.
+    /// velocities if the law has inertia. Its `end` is this scene's, or `time` if that is later. Its steps draw other
+    /// random numbers than this scene's, because it starts at another time.
     ///
     /// [`Simulation::final_scene`](crate::Simulation::final_scene) also knows the ids of cells that have died.
     ///
-    /// `bodies` must have been built from this scene, so that their group numbers are this scene's.
+    /// `bodies` must originate from this scene, so that their group indices are this scene's.
     pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {
         let names = self.group_names();
         let (inertial, fixed) = (self.dynamics.has_inertia(), self.fixed());
@@ -130,7 +130,7 @@ impl Scene {
 }
 
 impl Scene {
-    /// Leaves out what holds for groups without bodies: those whose bodies were all removed.
+    /// Drops the settings of groups whose bodies were all removed.
     fn forget_empty_groups(&mut self) {
         if self.removal.is_empty() {
             return;

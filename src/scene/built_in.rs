@@ -1,12 +1,12 @@
-//! The scenes that the program brings along: those of Palmer, Aktulga and Gao (2026), at a size for a desk and at the
-//! paper's, and one for each of what else drives bodies.
+//! The built-in scenes: those of Palmer, Aktulga and Gao (2026), in a size for a desktop computer and in the paper's
+//! size, and one for each further kind of drive.
 
-/// A scene that the program brings along.
+/// A built-in scene.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltIn {
-    /// Its name, which is also the `name` in its text.
+    /// Its name, which equals the `name` in its text.
     pub name: &'static str,
-    /// One line on what it shows and how large it is.
+    /// One line: what it shows, and its size.
     pub summary: &'static str,
     /// Its JSON text.
     pub text: &'static str,
@@ -23,7 +23,7 @@ macro_rules! scenes {
 }
 
 impl BuiltIn {
-    /// The built-in scenes, in the order that a list shows them.
+    /// The built-in scenes, in the order of lists.
     ///
     /// ```
     /// use relcp::{Scene, scene::BuiltIn};
@@ -50,7 +50,7 @@ impl BuiltIn {
         "swarm": "200 rods swim among 16 posts in a periodic plane",
     };
 
-    /// The one of this name.
+    /// The built-in scene of this name.
     pub fn named(name: &str) -> Option<&'static BuiltIn> {
         BuiltIn::ALL.iter().find(|scene| scene.name == name)
     }

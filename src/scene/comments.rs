@@ -1,10 +1,10 @@
-//! Comments (`//`, `/* */`, `#`) and trailing commas in JSON text, as people write them in configuration files.
+//! Comments (`//`, `/* */`, `#`) and trailing commas in JSON text, as in configuration files.
 
 use serde::de::IgnoredAny;
 use std::borrow::Cow;
 
-/// The text with blanks in place of comments and trailing commas, so that every byte keeps its place. A text that is
-/// JSON already, or whose comments do not end, is left as it is.
+/// The text with blanks in place of comments and trailing commas, so that every byte keeps its offset. A text that is
+/// JSON already, or whose last comment is not closed, is returned unchanged.
 pub(super) fn blanked(text: &str) -> Cow<'_, str> {
     if serde_json::from_str::<IgnoredAny>(text).is_ok() {
         return text.into();

@@ -1,8 +1,9 @@
-//! How far what drives a scene moves its bodies in a step, by which the default of the solver's tolerance goes.
+//! How far forces, growth, walls and flows move a scene's bodies in a step. The default of the solver's tolerance
+//! follows from this.
 //!
-//! The residual of a solve is a length: what a contact may leave undone in a step. A contact force that is wrong by `e`
-//! moves a body by `dt^2 e / m` with inertia, by `dt e / (xi L)` without. The error of the forces, in parts of the load
-//! that they bear, is thus the residual over what that load moves the body by in a step.
+//! The residual of a solve is a length: the error of a contact in a step. A contact force with the error `e` moves a
+//! body by `dt^2 e / m` with inertia, by `dt e / (xi L)` without. The relative error of the forces is therefore the
+//! residual over the displacement that the load alone would cause in a step.
 
 use super::{Body, Scene, Wall};
 use crate::dynamics::Flow;
@@ -10,9 +11,9 @@ use crate::shape::Shape;
 use glam::DVec3;
 
 impl Scene {
-    /// The least of the ways that each force, each moving wall, growth, a flow and a changing cell move a starting body
-    /// by in a step on their own, a length; none where nothing drives the scene. Heat, bonds and the velocities that
-    /// bodies start with count for nothing: they are not borne by contacts at rest.
+    /// The smallest displacement of a starting body in a step by any one force, moving wall, growth, flow or changing
+    /// cell alone, a length; none if nothing drives the scene. Heat, bonds and initial velocities do not count:
+    /// contacts at rest do not balance them.
     pub(super) fn least_drive(&self) -> Option<f64> {
         let forces = self.ways_of_forces().into_iter().map(|(_, way, _)| way);
         let ways = forces.chain(self.ways_of_walls()).chain(self.ways_of_growth());
@@ -21,15 +22,15 @@ impl Scene {
         ways.filter(|way| *way > 0.0 && way.is_finite()).reduce(f64::min)
     }
 
-    /// The force that moves a starting body farthest in a step on its own, with this way in thicknesses of the body;
-    /// none where there is no force. Traps are left out: those that are too stiff are refused.
+    /// The force that alone moves a starting body farthest in a step, with this displacement in thicknesses of the
+    /// body; none without forces. Traps do not count: validation refuses those that are too stiff.
     pub(super) fn farthest_drive(&self) -> Option<(usize, f64)> {
         let ways = self.ways_of_forces().into_iter().filter(|(force, ..)| !self.forces[*force].is_trap());
         ways.map(|(force, way, shape)| (force, way / shape.thickness())).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// The bond between listed bodies that moves one of them farthest in the first step, with this way in thicknesses
-    /// of the body. Bodies that are fixed do not move.
+    /// The bond between listed bodies that moves one of them farthest in the first step, with this displacement in
+    /// thicknesses of the body. Fixed bodies do not move.
     pub(super) fn farthest_bond(&self) -> Option<(usize, f64)> {
         let periods = self.periods();
         let holds = |name: &String| self.groups.get(name).is_some_and(|group| group.fixed);
@@ -45,8 +46,8 @@ impl Scene {
         ways.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// How far heat moves the body that it moves farthest in a step, in thicknesses: the root mean square along an
-    /// axis. An upper bound with inertia.
+    /// The largest displacement of a body by heat in a step, in thicknesses: the root mean square along an axis. An
+    /// upper bound with inertia.
     pub(super) fn farthest_heat(&self) -> Option<f64> {
         let energy = self.thermal?.temperature;
         let way =
@@ -60,7 +61,8 @@ impl Scene {
         bodies.chain(self.generated().map(|(_, (_, shape, group))| (group, shape))).collect()
     }
 
-    /// Each force with how far it moves a body of each shape that it acts on.
+    /// For each force and each shape that it acts on: the index of the force, the displacement of the body in a step,
+    /// and the shape.
     fn ways_of_forces(&self) -> Vec<(usize, f64, Shape)> {
         let shapes = self.shapes_of_groups();
         let mut ways = Vec::new();
@@ -80,7 +82,7 @@ impl Scene {
         motions.map(|motion| self.time.dt * DVec3::from(motion.velocity).length())
     }
 
-    /// The wall that moves farthest in a step, with this way in thicknesses of the thinnest body.
+    /// The wall that moves farthest in a step, with this displacement in thicknesses of the thinnest body.
     pub(super) fn farthest_wall(&self) -> Option<(usize, f64)> {
         let moving = self.walls.iter().enumerate().filter_map(|(i, wall)| Some((i, wall.motion()?)));
         let ways =
@@ -88,12 +90,12 @@ impl Scene {
         ways.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// The strain in a step of the background flow or the cell that changes fastest; zero where neither does.
+    /// The largest strain in a step of the background flow and of the cell; zero without either.
     pub(super) fn largest_strain(&self) -> f64 {
         self.time.dt * self.rates_of_strain().fold(0.0, f64::max)
     }
 
-    /// The part of its length by which the fastest cell grows in a step; zero where none grows.
+    /// The largest relative growth of a cell in a step; zero if none grows.
     pub(super) fn largest_growth(&self) -> f64 {
         self.time.dt * self.growing().map(|(_, _, _, growth, _)| growth.rate).fold(0.0, f64::max)
     }
@@ -103,7 +105,7 @@ impl Scene {
             .map(|(_, _, shape, growth, _)| self.time.dt * growth.rate * shape.growing_length().unwrap_or(0.0))
     }
 
-    /// The rates of a background flow and of a cell that changes.
+    /// The strain rates of the background flow and of the cell.
     fn rates_of_strain(&self) -> impl Iterator<Item = f64> + '_ {
         let flow = self.flow.iter().map(|Flow::Shear { rate, .. }| rate.abs());
         let cell = self.periodic.iter().flat_map(|cell| {

@@ -1,4 +1,4 @@
-//! Why a scene was refused: what was wrong, where, and what would be right.
+//! Why a scene was refused: the problem, its location, and what was expected.
 
 #[cfg(feature = "files")]
 use super::excerpt::Excerpt;
@@ -9,12 +9,12 @@ use miette::{Diagnostic, LabeledSpan, SourceCode};
 use std::borrow::Cow;
 use std::fmt;
 
-/// More characters of a name, a key or a message are cut out of its middle, so that a message fits a terminal whatever
-/// stands in the scene. No message of this program's own is longer.
+/// The longest name, key or message, in characters. A longer one loses its middle, so that a message fits a terminal
+/// whatever the scene contains. No message of the program itself is longer.
 const LONGEST_KEY: usize = 200;
 const LONGEST_MESSAGE: usize = 1_000;
 
-/// What sort of fault a scene has.
+/// The kind of fault in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FaultKind {
@@ -26,19 +26,19 @@ pub enum FaultKind {
     Syntax,
     /// A key that does not exist.
     UnknownKey,
-    /// A key that must be there is not.
+    /// A required key is missing.
     MissingKey,
     /// A key that appears twice in one object.
     DuplicateKey,
     /// A value of the wrong type.
     WrongType,
-    /// A value that is not allowed, alone or together with others.
+    /// A value that is not allowed, by itself or in combination with others.
     BadValue,
     /// A scene larger than a run can hold.
     TooLarge,
-    /// An override that is not `KEY=VALUE`, or whose key cannot be followed.
+    /// An override that is not `KEY=VALUE`, or whose key cannot be resolved.
     BadOverride,
-    /// Bodies that could not be placed by rule.
+    /// A rule of `generate` could not place its bodies.
     Placement,
     /// The caller requested a stop while bodies were placed.
     Interrupted,
@@ -46,8 +46,8 @@ pub enum FaultKind {
 
 /// A scene was refused.
 ///
-/// It knows the key (dotted: `bodies.0.position.1`, as overrides take it), and, for a scene read from text, the line
-/// and the column. With the feature `files` it is a `miette::Diagnostic` that points into the text.
+/// It has the key (dotted: `bodies.0.position.1`, as in overrides), and, for a scene read from text, the line and the
+/// column. With the feature `files` it is a `miette::Diagnostic` that points into the text.
 ///
 /// ```
 /// # #[cfg(feature = "files")] {
@@ -99,7 +99,7 @@ impl Fault {
     }
 }
 
-/// A text of at most so many characters: of a longer one both ends.
+/// The text, or if it has more than `longest` characters, both ends of it.
 pub(super) fn shortened(text: &str, longest: usize) -> Cow<'_, str> {
     let count = text.chars().count();
     if count <= longest {
@@ -140,14 +140,14 @@ impl SceneError {
         self
     }
 
-    /// Points at a stretch of bytes of the text.
+    /// Sets the location of the fault to a range of bytes of the text.
     #[cfg(feature = "files")]
     pub(crate) fn at(mut self, origin: &str, text: &str, place: Place) -> Self {
         self.0.excerpt = Some(Excerpt::of(&shortened(origin, LONGEST_KEY), text, place));
         self.of(origin)
     }
 
-    /// Shows the fault in this text, in which every byte has the place that it had in the text that was read.
+    /// Shows the fault in this text instead, in which every byte has the same offset as in the text that was parsed.
     #[cfg(feature = "files")]
     pub(crate) fn shown_in(mut self, text: &str) -> Self {
         if let (Some(excerpt), Some(origin)) = (&self.0.excerpt, &self.0.origin) {
@@ -156,7 +156,7 @@ impl SceneError {
         self
     }
 
-    /// What sort of fault it is.
+    /// The kind of fault.
     pub fn kind(&self) -> FaultKind {
         self.0.kind
     }
@@ -181,12 +181,12 @@ impl SceneError {
         self.0.origin.as_deref()
     }
 
-    /// The line, from 1, where the scene was read from text.
+    /// The line, from 1, if the scene was read from text.
     pub fn line(&self) -> Option<usize> {
         self.0.line_column().map(|p| p.0)
     }
 
-    /// The column in characters, from 1, where the scene was read from text.
+    /// The column in characters, from 1, if the scene was read from text.
     pub fn column(&self) -> Option<usize> {
         self.0.line_column().map(|p| p.1)
     }

@@ -1,23 +1,23 @@
-//! The part of a scene's text that a message shows: the line of the fault and its neighbours, cut where they are long.
+//! The part of a scene's text that a message shows: the line of the fault and its neighbours, cut if they are long.
 
 use super::place::{self, Place};
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-/// A line of more bytes is cut: it would not fit a terminal.
+/// The longest line in bytes; a longer one is cut to fit a terminal.
 const LONGEST_LINE: usize = 120;
 
-/// Of a cut line so many bytes are shown before the fault, and as many from its start on.
+/// A cut line shows this many bytes before the fault, and as many from its start.
 const AROUND: usize = 50;
 
-/// Stands where a line is cut.
+/// Marks a cut in a line.
 const CUT: &str = "…";
 
-/// A few lines of a text, the place of the fault in the whole text, and the fault's line and column, from 1.
+/// A few lines of a text, the location of the fault in the whole text, and the fault's line and column, from 1.
 #[derive(Debug)]
 pub(super) struct Excerpt {
     name: String,
     text: String,
-    /// The byte of the whole text that `text` starts at.
+    /// The byte offset of `text` in the whole text.
     start: usize,
     /// The line of that byte, from 0.
     first_line: usize,
@@ -26,7 +26,7 @@ pub(super) struct Excerpt {
 }
 
 impl Excerpt {
-    /// Takes the line of the place, with the lines before and after it, or a part of the line where it is long.
+    /// Takes the line of the fault with the lines before and after it, or a part of the line if it is long.
     pub fn of(name: &str, text: &str, place: Place) -> Self {
         let line_column = place::line_column(text, place.start);
         let line = line_at(text, place.start);
@@ -45,8 +45,8 @@ impl Excerpt {
     }
 }
 
-/// The part of a long line around a place: the byte where it starts, its text, and the place, which ends with it. The
-/// mark of the cut stands on bytes of the line, so that the place keeps its number of bytes from the start.
+/// The part of a long line around a location: its byte offset, its text, and the location, clipped to the text. The
+/// mark of the cut replaces bytes of the line, so that the location keeps its offset from the start.
 fn cut(text: &str, line: Place, place: Place) -> (usize, String, Place) {
     let from = boundary(text, place.start.saturating_sub(AROUND));
     let to = boundary(text, (place.start + AROUND).min(line.end)).max(place.start);
@@ -66,7 +66,7 @@ fn boundary(text: &str, mut byte: usize) -> usize {
     byte
 }
 
-/// The line that a byte stands in, without its end.
+/// The line that contains a byte, without its line end.
 fn line_at(text: &str, byte: usize) -> Place {
     let bytes = text.as_bytes();
     let byte = byte.min(bytes.len());
@@ -76,7 +76,8 @@ fn line_at(text: &str, byte: usize) -> Place {
 }
 
 impl SourceCode for Excerpt {
-    /// Whatever lines are asked for, these are shown; without lines around it, the fault's own line and column.
+    /// These lines are shown whatever lines the caller requests; a request without context lines gets the fault's own
+    /// line and column.
     fn read_span<'a>(
         &'a self,
         span: &SourceSpan,
@@ -103,7 +104,7 @@ mod tests {
         Excerpt::of("x", text, Place { start, end: start + length })
     }
 
-    /// What stands at the place is what stood there in the whole text.
+    /// Checks that the excerpt has the same text at the location as the whole text.
     fn holds(text: &str, start: usize, length: usize) {
         let excerpt = of(text, start, length);
         let Place { start, end } = excerpt.place;

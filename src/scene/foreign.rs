@@ -1,4 +1,4 @@
-//! Words that users bring from other programs and other fields: what they are called here, or that they are not here.
+//! Words that users know from other programs and fields: their names in a scene, or that relcp does not have them.
 
 /// Foreign words, and the keys with the same meaning; the first allowed key counts.
 const NAMES: &[(&[&str], &[&str])] = &[
@@ -88,7 +88,7 @@ const ABSENT: &[(&[&str], &str)] = &[
         &["box", "cube", "cuboid", "mesh", "polygon", "polyhedron", "convex", "superquadric", "triangle"],
         "relcp has smooth shapes only; custom shapes are defined in code (docs/guide.md)",
     ),
-    (&["units", "unit"], "a scene has no units: they are your own, the same for all of its numbers"),
+    (&["units", "unit"], "a scene has no units: choose your own, the same for all numbers"),
 ];
 
 /// The hint for an unknown word among these allowed keys; none if no other program has the word.

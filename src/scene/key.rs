@@ -1,4 +1,4 @@
-//! A key's path while a scene is walked, written out only when a fault needs it.
+//! The path of a key during validation, formatted only for a fault.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ enum Part<'a> {
     Index(usize),
 }
 
-/// One key and its way to the root. Displayed dotted: `bodies.0.position.1`.
+/// One key and its path from the root. Displayed dotted: `bodies.0.position.1`.
 #[derive(Clone, Copy)]
 pub(super) struct Key<'a> {
     parent: Option<&'a Key<'a>>,

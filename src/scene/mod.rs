@@ -71,8 +71,8 @@ use std::collections::BTreeMap;
 
 /// Everything that determines a run.
 ///
-/// [`Scene::new`] makes one in code, and assignments change it; later versions may add fields, whose defaults leave a
-/// scene as it was.
+/// [`Scene::new`] makes one in code, and assignments change it. Later versions may add fields; their defaults leave a
+/// scene unchanged.
 ///
 /// ```
 /// use relcp::scene::{Body, Time};

@@ -1,7 +1,7 @@
 //! The known name nearest to a misspelt one.
 
-/// Edits (insert, delete, replace, exchange of neighbours) from one name to another: the distance of Damerau and
-/// Levenshtein, where no part is edited twice.
+/// The number of edits (insert, delete, replace, swap neighbours) from one name to another: the Damerau-Levenshtein
+/// distance in which no part is edited twice.
 fn distance(a: &str, b: &str) -> usize {
     let [a, b]: [Vec<char>; 2] = [a, b].map(|name| name.chars().collect());
     let mut before: Vec<usize> = Vec::new();
@@ -24,8 +24,8 @@ fn distance(a: &str, b: &str) -> usize {
 /// Longest name worth comparing: no known name is longer than half of it.
 const LONGEST: usize = 64;
 
-/// The nearest of `known`, the first of equals; `None` where none is alike, nothing is known or the name is absurdly
-/// long. Names are alike where at most two fifths of the letters of the longer one must be changed.
+/// The nearest of `known`, the first among equals; `None` if none is similar, `known` is empty or the name is longer
+/// than 64 characters. Names are similar if the edits are at most two fifths of the letters of the longer one.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.chars().count() > LONGEST {
         return None;

@@ -27,7 +27,7 @@ impl Body {
         }
     }
 
-    /// The key that sets its orientation.
+    /// The key that sets the orientation.
     pub(super) fn orientation_key(&self) -> &'static str {
         match (self.axis, self.angle) {
             (Some(_), _) => "axis",
@@ -56,7 +56,7 @@ impl Scene {
 }
 
 /// How far a squared norm may be from one to count as normalized: rounding of a normalized quaternion stays below four
-/// epsilons. Leaving such a quaternion alone makes a written state come back to the same bits.
+/// epsilons. Such a quaternion is left unchanged, so that a state that was written is read to the same bits.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The norm, without overflow or underflow.

@@ -1,9 +1,9 @@
 //! Locates a key in JSON text: from a path of keys and indices to bytes, lines and columns.
 //!
-//! serde loses the location of a typed value; this finds it again, so that a fault found later still points into the
-//! file.
+//! serde does not keep the location of a typed value. This module finds it from the path, so that a fault found later
+//! still points into the file.
 
-/// A stretch of bytes of a text.
+/// A range of bytes of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
     /// First byte.
@@ -15,7 +15,7 @@ pub(crate) struct Place {
 /// The value at a path, and the key that introduces it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Found {
-    /// The key with its quotes; none for an array's element and for the whole text.
+    /// The key with its quotes; none for an array's element or the whole text.
     pub key: Option<Place>,
     /// The value.
     pub value: Place,
@@ -33,7 +33,7 @@ pub(super) fn line_column(text: &str, byte: usize) -> (usize, usize) {
     (line, column)
 }
 
-/// The byte of a line and column as serde_json counts them: from 1, in bytes.
+/// The byte offset of a line and column as serde_json counts them: from 1, in bytes.
 pub(super) fn byte_of(text: &str, line: usize, column: usize) -> usize {
     let mut start = 0;
     for _ in 1..line {
@@ -49,12 +49,12 @@ pub(super) fn byte_of(text: &str, line: usize, column: usize) -> usize {
     byte
 }
 
-/// Most parts of a key with dots in it that are tried together: an override's key has no more. Each try passes over the
-/// text.
+/// The largest number of path segments that are tried as one key with dots: an override's key has no more. Each try
+/// scans the text.
 const MAX_PARTS: usize = 32;
 
-/// Finds the value at `path`, or its nearest ancestor that is there. `None` where the text is not JSON up to that
-/// place. A key with dots in it, as a sweep has them, is found by its parts.
+/// Finds the value at `path`, or its nearest existing ancestor. `None` if the text up to there is not JSON. A key with
+/// dots in it, as in sweeps, is found by its parts.
 pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
     let mut scan = Scan { text, at: 0 };
     scan.space();
@@ -82,9 +82,10 @@ pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
     Some(found)
 }
 
-/// The first list of JSON text that is not the value of one of `keys`, or in the list of one of `nested`: its path.
+/// The path of the first list in JSON text that is neither the value of one of `keys` nor inside the list of one of
+/// `nested`.
 ///
-/// serde takes a list for an object, by the order of its keys; a scene file does not.
+/// serde accepts a list in place of an object, in the order of its keys; scene files do not allow this.
 pub(super) fn misplaced_list(text: &str, keys: &[&str], nested: &[&str]) -> Option<Vec<String>> {
     let mut scan = Scan { text, at: 0 };
     let mut open: Vec<Open> = Vec::new();
@@ -140,7 +141,7 @@ impl Open {
     }
 }
 
-/// The key that stands with its quotes at a place.
+/// The key whose location, with quotes, is `key`.
 fn name(text: &str, key: Place) -> String {
     text.get(key.start..key.end).and_then(|t| serde_json::from_str(t).ok()).unwrap_or_default()
 }
@@ -150,7 +151,7 @@ struct Scan<'a> {
     at: usize,
 }
 
-/// What entering a container gives: the key's place, where the container has keys.
+/// The result of entering a container: the key's location, if the container has keys.
 struct Entered(Option<Place>);
 
 impl Scan<'_> {
@@ -164,7 +165,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Passes a string and returns its place, quotes included.
+    /// Skips a string and returns its location, with quotes.
     fn string(&mut self) -> Option<Place> {
         let start = self.at;
         if self.peek()? != b'"' {
@@ -182,7 +183,7 @@ impl Scan<'_> {
         Some(Place { start, end: self.at })
     }
 
-    /// Passes one value of any kind, without recursion.
+    /// Skips one value of any kind, without recursion.
     fn skip_value(&mut self) -> Option<()> {
         let mut open = 0_usize;
         loop {
@@ -220,7 +221,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Moves to the value of a key of the object that starts here. `Some(None)`: it is not there.
+    /// Moves to the value of a key of the object that starts here. `Some(None)`: the object lacks the key.
     fn enter_object(&mut self, key: &str) -> Option<Option<Entered>> {
         self.at += 1;
         loop {
@@ -249,7 +250,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Moves to an element of the array that starts here. `Some(None)`: it is not there.
+    /// Moves to an element of the array that starts here. `Some(None)`: the array is shorter.
     fn enter_array(&mut self, index: &str) -> Option<Option<Entered>> {
         let Ok(index) = index.parse::<usize>() else { return Some(None) };
         self.at += 1;

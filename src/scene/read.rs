@@ -1,7 +1,7 @@
 //! Reads scenes: from a file, from text, from a built-in name, with overrides.
 //!
-//! Text is typed directly where there are no overrides; with overrides it goes through a JSON tree that refuses
-//! repeated keys as well. In both cases a fault has its dotted key, and its line and column if it is in the text.
+//! Without overrides, text is deserialized directly; with overrides, through a JSON tree that also refuses repeated
+//! keys. In both cases a fault has its dotted key, and its line and column if it is in the text.
 
 use super::comments::blanked;
 use super::error::{FaultKind, SceneError, shortened};
@@ -18,11 +18,11 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Largest scene file that is read, in bytes: a scene of as many bodies as a run can hold ([`super::MAX_BODIES`]), one
-/// by one at about 500 bytes a body with lineage and velocities.
+/// The largest scene file, in bytes: room for the largest number of bodies ([`super::MAX_BODIES`]), listed at about 500
+/// bytes each with lineage and velocities.
 pub const MAX_FILE_BYTES: u64 = 8 << 30;
 
-/// The source that is the standard input.
+/// The source that means the standard input.
 const STANDARD_INPUT: &str = "-";
 
 /// No overrides, for [`Scene::load`].
@@ -32,8 +32,8 @@ impl Scene {
     /// Reads and validates a scene file: JSON, in which comments (`//`, `/* */`, `#`) and trailing commas are allowed.
     ///
     /// # Errors
-    /// [`SceneError`] with its place: a file that cannot be read ([`FaultKind::Io`]), text that is not JSON, unknown,
-    /// missing and repeated keys, wrong types, and everything that [`Scene::validate`] refuses.
+    /// [`SceneError`] with its location: a file that cannot be read ([`FaultKind::Io`]), text that is not JSON,
+    /// unknown, missing and repeated keys, wrong types, and everything that [`Scene::validate`] refuses.
     pub fn read(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
         Source::file(path.as_ref())?.scene(&[])
     }
@@ -49,7 +49,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// As [`Scene::read`], less the files.
+    /// As [`Scene::read`], except those of files.
     pub fn parse(text: &str, origin: &str) -> Result<Scene, SceneError> {
         parse_with(text, origin, &[])
     }
@@ -64,7 +64,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`] of the kind [`FaultKind::UnknownScene`] where there is no such scene.
+    /// [`SceneError`] of the kind [`FaultKind::UnknownScene`] if no such scene exists.
     pub fn built_in(name: &str) -> Result<Scene, SceneError> {
         parse_with(BuiltIn::find(name)?.text, name, &[])
     }
@@ -72,9 +72,9 @@ impl Scene {
     /// Reads and validates a built-in scene by its name, or else a scene file by its path, after overrides `KEY=VALUE`.
     /// Without any: [`Scene::built_in`], [`Scene::read`], or [`NO_OVERRIDES`].
     ///
-    /// A key is dotted, with indices for lists (`bodies.0.position.1=2.5`); missing objects on its way are made, and an
-    /// index one past a list's end appends to it. A value is JSON, or else a string. A built-in name wins over a file
-    /// of that name, which `./NAME` still reaches. `-` is the standard input.
+    /// A key is dotted, with indices for lists (`bodies.0.position.1=2.5`); missing objects on its path are created,
+    /// and an index one past a list's end appends to the list. A value is JSON, or else a string. A built-in name takes
+    /// precedence over a file of that name; use `./NAME` for the file. `-` is the standard input.
     ///
     /// ```
     /// let scene = relcp::Scene::load("two-ellipsoids", ["time.dt=0.05", "contact.method=snsd"])?;
@@ -83,7 +83,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// As [`Scene::read`]; also an override that is not `KEY=VALUE`, whose key cannot be followed or does not exist.
+    /// As [`Scene::read`]; also an override that is not `KEY=VALUE`, or whose key cannot be resolved or does not exist.
     pub fn load(
         source: impl AsRef<Path>,
         overrides: impl IntoIterator<Item = impl AsRef<str>>,
@@ -92,7 +92,7 @@ impl Scene {
         Scene::load_with(source.as_ref(), &sets)
     }
 
-    /// [`Scene::load`], with overrides that are read.
+    /// [`Scene::load`], with parsed overrides.
     pub(crate) fn load_with(source: &Path, sets: &[Override]) -> Result<Scene, SceneError> {
         match source.to_str().and_then(BuiltIn::named) {
             Some(scene) => parse_with(scene.text, scene.name, sets),
@@ -103,7 +103,7 @@ impl Scene {
 }
 
 impl BuiltIn {
-    /// The one of this name.
+    /// The built-in scene of this name.
     ///
     /// # Errors
     /// [`FaultKind::UnknownScene`] if no built-in scene has this name; its help has the nearest name.
@@ -120,24 +120,24 @@ fn unknown_scene(name: &str, what: &str) -> SceneError {
     }
 }
 
-/// Whether a source is a bare word, as the names of built-in scenes are: neither in a folder nor with an ending.
+/// Whether a source is a bare word, like the names of built-in scenes: without folder and extension.
 pub(crate) fn is_bare(source: &Path) -> bool {
     source.components().count() == 1 && source.extension().is_none()
 }
 
-/// More characters of a scene's name are cut out of a message.
+/// The longest name of a scene in a message, in characters.
 const LONGEST_NAME: usize = 60;
 
 fn nearest_built_in(name: &str) -> Option<&'static str> {
     nearest(name, BuiltIn::ALL.iter().map(|scene| scene.name))
 }
 
-/// A text that is read once, and the name that it has in messages.
+/// A text that is read once, with its name in messages.
 pub(crate) struct Source {
     origin: String,
-    /// With blanks in place of comments.
+    /// The text with blanks in place of comments.
     text: String,
-    /// With its comments, where it has some.
+    /// The text with its comments, if it has any.
     written: Option<String>,
 }
 
@@ -154,7 +154,7 @@ impl Source {
         }
     }
 
-    /// The text as it was written.
+    /// The original text.
     fn written(&self) -> &str {
         self.written.as_ref().unwrap_or(&self.text)
     }
@@ -187,7 +187,7 @@ impl Source {
                 let start = e.utf8_error().valid_up_to();
                 let text = String::from_utf8_lossy(e.as_bytes());
                 let fault = SceneError::new(FaultKind::Syntax, "", "the file is not UTF-8 text");
-                // Up to the fault the lossy text is the file's, and there it has the three bytes of U+FFFD.
+                // Up to the fault the lossy text equals the file's; at the fault it has the three bytes of U+FFFD.
                 Err(fault.at(&origin, &text, Place { start, end: (start + 3).min(text.len()) }))
             }
         }
@@ -203,12 +203,13 @@ impl Source {
         &self.text
     }
 
-    /// The scene that it is, after overrides.
+    /// Parses the text as a scene, after overrides.
     pub fn scene(&self, sets: &[Override]) -> Result<Scene, SceneError> {
         parse_json(&self.text, &self.origin, sets).map_err(|error| self.shown(error))
     }
 
-    /// The document of another type that it is, read as strictly as a scene: an object, no key unknown or repeated.
+    /// Parses the text as a document of another type, as strictly as a scene: an object without unknown or repeated
+    /// keys.
     pub fn document<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
         let read = || {
             let value = tree(&self.text)?;
@@ -216,7 +217,7 @@ impl Source {
                 let error = SceneError::new(FaultKind::WrongType, "", "expected an object, found a list");
                 return Err(Misread { error, byte: None });
             }
-            // From the text, where keys stand in their order; from the tree, where a fault has its path.
+            // From the text, which keeps the order of keys; after a fault from the tree, which gives its path.
             serde_json::from_str(&self.text).or_else(|_| from_tree(value, &self.text))
         };
         let placed = |misread| self.shown(misplaced(misread, &self.origin, &self.text, &[]));
@@ -228,7 +229,7 @@ impl Source {
         self.shown(put(error, &self.origin, &self.text, &[]))
     }
 
-    /// Points at a stretch of the text.
+    /// Sets the location of a fault to a range of the text.
     pub fn at(&self, error: SceneError, place: Place) -> SceneError {
         error.at(&self.origin, self.written(), narrowed(&self.text, place))
     }
@@ -298,7 +299,7 @@ fn typed(text: &str, sets: &[Override]) -> Result<Scene, Misread> {
     {
         return refuse_lists(text).map(|()| scene);
     }
-    // The slow way, for overrides and for the place and the wording of a fault: by a tree.
+    // The slow way, by a tree: for overrides, and for the location and the wording of a fault.
     let mut value = tree(text)?;
     for set in sets {
         set.apply(&mut value).map_err(|error| Misread { error, byte: None })?;
@@ -390,7 +391,7 @@ fn put(error: SceneError, origin: &str, text: &str, sets: &[Override]) -> SceneE
     error.at(origin, text, narrowed(text, place))
 }
 
-/// A place on one line: of a longer one the first character.
+/// A location on one line; of a longer one, its first character.
 fn narrowed(text: &str, place: Place) -> Place {
     if text[place.start..place.end].contains('\n') { character(text, place.start) } else { place }
 }

@@ -1,11 +1,11 @@
-//! The keys of a scene as a page of Markdown, from the same types as the JSON Schema: a section for each object, a line
-//! for each key.
+//! The keys of a scene as a page of Markdown, from the same types as the JSON Schema: one section per object, one line
+//! per key.
 
 use super::schema;
 use serde_json::{Map, Value};
 use std::fmt::Write as _;
 
-/// Where the schema keeps the objects that have names.
+/// The prefix of named objects in the schema.
 const DEFINITIONS: &str = "#/$defs/";
 
 /// The page.
@@ -47,7 +47,7 @@ fn head(page: &mut String) {
     page.push_str("| key | type | default | |\n| --- | --- | --- | --- |\n");
 }
 
-/// A case is a word, some words, or an object of one key with keys of its own.
+/// Writes one case of a choice: a word, several words, or an object with a single key that has keys of its own.
 fn one_case(page: &mut String, case: &Value) {
     let words = case["enum"].as_array().map_or(case.get("const").into_iter().collect(), |words| words.iter().collect());
     let words: Vec<&Value> = words;
@@ -72,7 +72,7 @@ fn keys(page: &mut String, before: &str, object: &Value) {
     }
 }
 
-/// What a value is: a type with its bounds, or a link to a section.
+/// Describes a value: its type with its bounds, or a link to a section.
 fn kind(value: &Value) -> String {
     if let Some(name) = value["$ref"].as_str().and_then(|path| path.strip_prefix(DEFINITIONS)) {
         return format!("[{name}](#{})", name.to_lowercase());
@@ -100,7 +100,7 @@ fn kind(value: &Value) -> String {
     format!("{} {}", types.join(" or "), bounds.join(", ")).trim().to_owned()
 }
 
-/// So many items in a row: of numbers, by the names of their axes.
+/// A list of fixed length; numbers are named by their axes.
 fn tuple(count: u64, items: &str) -> String {
     let axes = match count {
         3 => "`[x, y, z]`",
@@ -114,7 +114,7 @@ fn tuple(count: u64, items: &str) -> String {
     }
 }
 
-/// What an object's author says of it, in one line.
+/// The description of an object, in one line.
 fn text(object: &Value) -> String {
     object["description"].as_str().unwrap_or_default().replace('\n', " ").replace('|', "\\|")
 }

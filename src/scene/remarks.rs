@@ -1,21 +1,21 @@
-//! What a valid scene's user should know before it runs.
+//! Warnings about a valid scene before it runs.
 
 use super::{Generate, Scene, generate};
 use crate::digits::{few, short, significant};
 use glam::DVec3;
 
-/// An overlap tolerance of more than this part of the thinnest body's thickness is remarked on: bodies are then seen to
-/// overlap.
+/// An overlap tolerance above this part of the thinnest body's thickness gives a warning: overlaps would be visible.
 const LARGE_TOLERANCE: f64 = 0.1;
-/// A body that moves by more of its thicknesses than this in a step is remarked on. Forces of the built-in scenes come
-/// to a fifth of it at most, heat to half of it (`sedimentation`).
+/// A body that moves by more than this in a step, in thicknesses, gives a warning. In the built-in scenes, forces reach
+/// at most a fifth of it, and heat half of it (`sedimentation`).
 pub(crate) const FARTHEST: f64 = 1.0;
-/// What a time step is proposed for: bodies move by this part of their thickness.
+/// The proposed time step moves bodies by this part of their thickness.
 pub(crate) const PROPOSED: f64 = 0.1;
-/// Growth or strain of more than this in a step is remarked on. A colony of 200 cells takes 400 products a step at 0.01
-/// and 140,000 at 0.1, where its contact forces are wrong by 7 % of the load. Built-in scenes stay under it.
+/// Growth or strain above this in a step gives a warning. A colony of 200 cells takes 400 products per step at 0.01 and
+/// 140,000 at 0.1, where its contact forces are wrong by 7 % of the load. Built-in scenes stay below it.
 const LARGEST_STRAIN: f64 = 0.05;
-/// Two rules that place bodies in boxes whose sides differ by more than this are remarked on: they are not mixed.
+/// Two rules with boxes about one centre whose sides differ by more than this part give a warning: their bodies are not
+/// mixed.
 const UNMIXED: f64 = 0.1;
 
 impl Scene {
@@ -42,7 +42,7 @@ impl Scene {
         remarks.into_iter().flatten().collect()
     }
 
-    /// A step in which a force, a bond, a wall or a velocity at the start carries a body farther than it is thick.
+    /// A warning if a force, a bond, a wall or an initial velocity moves a body in a step by more than its thickness.
     pub(crate) fn long_step(&self) -> Option<String> {
         let forces = self.farthest_drive().map(|(force, way)| (format!("forces.{force} moves"), way));
         let bodies = self.bodies.iter().enumerate().filter(|_| self.dynamics.has_inertia());
@@ -63,10 +63,10 @@ impl Scene {
         })
     }
 
-    /// A step in which heat carries bodies farther than they are thick.
+    /// A warning if heat moves bodies in a step by more than their thickness.
     fn hot_step(&self) -> Option<String> {
         let way = self.farthest_heat().filter(|way| *way > FARTHEST && way.is_finite())?;
-        // Brownian bodies move by the root of the time, those with inertia at their speed.
+        // Brownian displacements grow with the square root of time, those with inertia linearly.
         let power = if self.dynamics.has_inertia() { 1 } else { 2 };
         Some(format!(
             "time.dt is too long: heat moves a body by {} of its thicknesses in a step; with {} it is a tenth",
@@ -75,7 +75,7 @@ impl Scene {
         ))
     }
 
-    /// A step in which cells grow, or a flow or a cell shears, by a large part.
+    /// A warning if the growth or the strain in a step is large.
     fn large_strain(&self) -> Option<String> {
         let ways =
             [("cells grow by", self.largest_growth()), ("the flow or the cell strains by", self.largest_strain())];
@@ -89,7 +89,7 @@ impl Scene {
         })
     }
 
-    /// A crowd with inertia and heat.
+    /// A warning for crowds with inertia and heat.
     fn cold_crowd(&self) -> Option<String> {
         let is_crowd = self.thermal.is_some() && self.dynamics.has_inertia() && self.body_count() > 1;
         is_crowd.then(|| {
@@ -99,10 +99,10 @@ impl Scene {
         })
     }
 
-    /// Rules that each place bodies in a box of their own.
+    /// A warning if several rules place bodies in different boxes about one centre.
     fn unmixed(&self) -> Option<String> {
         let boxes = (0..self.generate.len()).filter_map(|i| Some((i, generate::open_side(self, i)?)));
-        // A second box elsewhere is there on purpose.
+        // A second box elsewhere is intended.
         let boxes =
             boxes.filter(|(i, _)| matches!(self.generate[*i], Generate::Isotropic { center: [0.0, 0.0, 0.0], .. }));
         let least = boxes.clone().min_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -1,4 +1,4 @@
-//! Overrides `KEY=VALUE` of a scene's values, applied to its JSON before it is typed.
+//! Overrides `KEY=VALUE` of a scene's values, applied to its JSON before deserialization.
 
 use super::error::{FaultKind, SceneError};
 use super::place;
@@ -16,9 +16,9 @@ pub(crate) struct Override {
 
 /// The origin of an override.
 enum Origin {
-    /// By itself, under this name.
+    /// A text of its own, with this name.
     Alone(String),
-    /// In another text, at a path of keys and indices.
+    /// Another text, at a path of keys and indices.
     Text(Arc<Source>, Vec<String>),
 }
 
@@ -31,7 +31,7 @@ impl Override {
         Override::named(format!("override {text}"), text)
     }
 
-    /// The same, with the name that faults in it have.
+    /// The same, with a name for faults.
     pub fn named(name: String, text: &str) -> Result<Self, SceneError> {
         let origin = Origin::Alone(name);
         let Some((dotted, value)) = text.split_once('=') else {
@@ -47,7 +47,7 @@ impl Override {
         Ok(set)
     }
 
-    /// Gives a dotted key the value of a JSON text; faults in it have the name.
+    /// An override of a dotted key by a JSON text, with a name for faults.
     #[cfg(any(test, feature = "python"))]
     pub fn of_json(name: String, dotted: &str, json: &str) -> Result<Self, SceneError> {
         let mut set = Override::new(Origin::Alone(name), dotted, Value::Null)?;
@@ -62,7 +62,7 @@ impl Override {
         })
     }
 
-    /// Gives the dotted key `dotted` the value that stands in a text at a path.
+    /// An override of the key `dotted` by the value at a path in a text.
     pub fn in_text(text: &Arc<Source>, path: Vec<String>, dotted: &str, value: Value) -> Result<Self, SceneError> {
         Override::new(Origin::Text(text.clone(), path), dotted, value)
     }
@@ -84,17 +84,17 @@ impl Override {
         self.origin.blame(error)
     }
 
-    /// Whether the value at `path` is this override's, whole or in part.
+    /// Whether this override set the value at `path` or a part of it.
     pub fn made(&self, path: &[String]) -> bool {
         path.starts_with(&self.key)
     }
 
-    /// Whether `path` lies on this override's way.
+    /// Whether `path` is a prefix of this override's key.
     pub fn passed(&self, path: &[String]) -> bool {
         !path.is_empty() && self.key.starts_with(path)
     }
 
-    /// Puts the value into the tree, making what is missing on its way.
+    /// Puts the value into the tree, and creates missing objects on its path.
     pub fn apply(&self, root: &mut Value) -> Result<(), SceneError> {
         let mut here = root;
         for (depth, segment) in self.key.iter().enumerate() {
@@ -142,7 +142,7 @@ impl Origin {
         };
         let key_is_wrong = matches!(error.kind(), FaultKind::UnknownKey | FaultKind::BadOverride);
         let find = |path: &[String]| place::locate(text.text(), path);
-        // An element of a list has no key of its own: its list's is meant.
+        // An element of a list has no key of its own; the list's key is used.
         let key = || find(path)?.key.or_else(|| find(&path[..path.len().saturating_sub(1)])?.key);
         match key().filter(|_| key_is_wrong).or_else(|| Some(find(path)?.value)) {
             Some(place) => text.at(error, place),
@@ -151,8 +151,7 @@ impl Origin {
     }
 }
 
-/// Whether the value at this key is a choice of one of several, `{"ellipsoid": {...}}`: choosing another replaces the
-/// first.
+/// Whether the value at this key is a choice such as `{"ellipsoid": {...}}`: another choice replaces it.
 fn is_choice(key: &[String]) -> bool {
     let key: Vec<&str> = key.iter().map(String::as_str).collect();
     matches!(key.as_slice(), ["dynamics"] | ["contact", "method"] | ["forces" | "generate", _] | [.., "shape"])

@@ -11,25 +11,27 @@ use crate::shape::Shape;
 use crate::step::Model;
 use crate::walls::Walls;
 
-/// A solver stops at this part of the overlap tolerance, so that the linear solve adds little to what the recursion
-/// measures.
+/// A solver stops at this part of the overlap tolerance, so that its error adds little to the overlaps that the
+/// recursion measures.
 const TOLERANCE_PER_OVERLAP: f64 = 0.1;
 
-/// And at this part of what drives bodies in a step, so that contact forces are right to about as much.
+/// And at this part of the displacement that drives cause in a step, so that contact forces have about this relative
+/// error.
 const TOLERANCE_PER_DRIVE: f64 = 1e-3;
 
-/// But at no less than this part of the overlap tolerance: rounding of separations leaves more.
+/// But not below this part of the overlap tolerance: rounding errors of separations are larger.
 const LEAST_PER_OVERLAP: f64 = 1e-8;
 
-/// Iterations that any LCP of the built-in scenes is solved in by the default solver, and by none that has stalled.
+/// The default solver solves every LCP of the built-in scenes in fewer iterations; a solve that reaches this many has
+/// stalled.
 const MOST_ITERATIONS: u64 = 100_000;
 
-/// Recorded states of a run, where a scene does not say: a film of some seconds.
+/// The default number of recorded states of a run: a movie of some seconds.
 const STATES: f64 = 100.0;
 
 impl Scene {
-    /// When the LCP solver stops: as given, or after 100,000 iterations and at a tenth of the overlap tolerance, or a
-    /// thousandth of what forces, growth or walls move a body by in a step where that is less.
+    /// When the LCP solver stops: as given, or by default after 100,000 iterations, and at the smaller of a tenth of
+    /// the overlap tolerance and a thousandth of what forces, growth or walls move a body by in a step.
     ///
     /// ```
     /// let mut scene = relcp::Scene::new("none", relcp::scene::Time::new(0.1, 1.0));
@@ -55,7 +57,7 @@ impl Scene {
                 (TOLERANCE_PER_OVERLAP * overlap).min(driven.max(LEAST_PER_OVERLAP * overlap))
             }
         };
-        // No smaller than a scene may say, so that what is written out can be read.
+        // Not below the smallest number of a scene, so that the scene that is written can be read.
         self.solver.tolerance.unwrap_or(default.max(SMALLEST_NUMBER))
     }
 
@@ -65,17 +67,17 @@ impl Scene {
         self.cutoff_of(self.shapes().map(|(_, _, shape)| shape))
     }
 
-    /// As [`Scene::cutoff`], where the bodies are not the scene's own.
+    /// As [`Scene::cutoff`], for bodies of these shapes instead of the scene's.
     pub fn cutoff_of(&self, shapes: impl Iterator<Item = Shape>) -> f64 {
         self.contact.cutoff_of(shapes)
     }
 
-    /// The thinnest starting body's thickness; infinite where there is no body.
+    /// The thinnest starting body's thickness; infinite without bodies.
     pub(crate) fn thinnest(&self) -> f64 {
         self.shapes().map(|(_, _, shape)| shape.thickness()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Time between recorded states: as given, or a hundredth of the run. `None` where the run has no duration.
+    /// Time between recorded states: as given, or a hundredth of the run. `None` if the run has no duration.
     pub fn output_every(&self) -> Option<f64> {
         let duration = self.time.end - self.time.start;
         self.output.every.or((duration > 0.0).then_some((duration / STATES).max(SMALLEST_NUMBER)))
@@ -111,23 +113,23 @@ impl Scene {
 }
 
 impl Scene {
-    /// The surfaces of all walls where the scene starts. [`Walls::at`] has those of another time.
+    /// The surfaces of all walls at the scene's start. [`Walls::at`] gives those at another time.
     pub fn walls(&self) -> Walls {
         Walls::new(&self.walls, self.planar).at(self.time.start)
     }
 
-    /// The periods of space where the scene starts.
+    /// The periods of space at the scene's start.
     pub fn periods(&self) -> Periods {
         self.periodic.map_or(Periods::NONE, |periodic| periodic.at(self.time.start))
     }
 
-    /// What ends the run before `time.end`, where something does.
+    /// The condition that ends the run before `time.end`, if any.
     pub fn stop(&self) -> Option<Stop> {
         self.growth.iter().find_map(|growth| growth.stop)
     }
 
-    /// About how many bodies a run ends with. Cells that divide at a length grow by a factor of e in the reciprocal of
-    /// their rate, where nothing holds them up.
+    /// An estimate of the number of bodies at the end of the run. Without pressure or other delays, cells that divide
+    /// at a length multiply by e in the reciprocal of their rate.
     pub fn bodies_at_end(&self) -> f64 {
         #[cfg(feature = "files")]
         let generated = self.generate.iter().map(|rule| rule.count()).sum::<u64>();
@@ -156,14 +158,14 @@ impl Scene {
         u64::from(low) | u64::from(high) << 32
     }
 
-    /// How cells grow, where any do.
+    /// How cells grow, if any do.
     #[doc(hidden)]
     pub fn cells(&self) -> Option<Cells> {
         let grows = !self.growth.is_empty();
         grows.then(|| Cells::new(&self.growth, &self.group_names(), self.planar, self.seed))
     }
 
-    /// How bodies leave, where any do.
+    /// How bodies are removed, if any are.
     #[doc(hidden)]
     pub fn removals(&self) -> Option<Removals> {
         let fixed = self.fixed();
@@ -171,7 +173,7 @@ impl Scene {
         (!removals.is_empty()).then_some(removals)
     }
 
-    /// The random loads, where there are any.
+    /// The random loads, if the scene has any.
     fn heat(&self) -> Option<Heat> {
         let (seed, dynamics, planar) = (self.seed_of_steps(), self.dynamics, self.planar);
         self.thermal.map(|thermal| Heat { thermal, seed, dynamics, planar })
@@ -192,14 +194,14 @@ impl Scene {
         Fixed::new(ids, self.group_names().iter().map(of_group).collect())
     }
 
-    /// The flow that carries bodies, of the scene's own or of its sheared cell.
+    /// The flow that carries bodies: the scene's own, or that of its sheared cell.
     fn stream(&self) -> Option<Stream> {
         let own = self.flow.and_then(|flow| Stream::new(&flow, &self.dynamics, self.planar));
         let shear = self.periodic.and_then(|cell| cell.shear);
         own.or_else(|| shear.and_then(|shear| Stream::of_cell(&shear, &self.dynamics, self.planar)))
     }
 
-    /// What the steps of this scene are computed with.
+    /// The model for the steps of this scene.
     #[doc(hidden)]
     pub fn model(&self) -> Model {
         Model {

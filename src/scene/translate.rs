@@ -1,4 +1,4 @@
-//! From serde's words to a scene's: which key, what was wrong, what would be right.
+//! Translates serde's messages: the key, the problem, and what was expected.
 
 use super::error::{FaultKind, SceneError, shortened};
 use super::foreign::hint;
@@ -7,7 +7,7 @@ use super::place;
 use serde_json::error::Category;
 use serde_path_to_error::{Path, Segment};
 
-/// A fault of reading, with its byte where only the text itself tells the place.
+/// A fault of reading, with its byte offset if the location does not follow from the key.
 pub(super) struct Misread {
     pub error: SceneError,
     pub byte: Option<usize>,
@@ -44,7 +44,7 @@ pub(super) fn translate(path: &Path, error: &serde_json::Error, text: &str) -> M
     if names_a_key && key.last().is_none_or(|last| last != name) {
         key.push(name.to_owned());
     }
-    // The first of two equal keys is found by its path, the second by serde's place, which is its end.
+    // The path gives the first of two equal keys; serde's location gives the end of the second.
     let byte = byte.filter(|_| kind == FaultKind::DuplicateKey).map(|b| start_of_key(text, b, name));
     Misread { error: SceneError::new(kind, key.join("."), message), byte }
 }
@@ -70,10 +70,10 @@ fn without_place(error: &serde_json::Error) -> String {
     words.strip_suffix(&place).unwrap_or(&words).to_owned()
 }
 
-/// A name of more characters is cut in messages.
+/// The longest name in messages, in characters.
 const LONGEST_NAME: usize = 60;
 
-/// Words that some programs write for numbers that JSON does not have.
+/// Words that some programs write for numbers that JSON lacks.
 const NOT_NUMBERS: [&str; 4] = ["NaN", "nan", "Infinity", "inf"];
 
 fn syntax(words: &str, key: &str, text: &str, byte: Option<usize>) -> SceneError {
@@ -81,7 +81,7 @@ fn syntax(words: &str, key: &str, text: &str, byte: Option<usize>) -> SceneError
         return SceneError::bad(key, "the number is larger than a 64-bit float can hold (1.8e308)");
     }
     let rest = byte.and_then(|b| text.get(b..)).unwrap_or_default().trim_start_matches('-');
-    // serde_json stops at the first or the second letter of a word that it does not know.
+    // serde_json stops at the first or the second letter of an unknown word.
     let before = byte.and_then(|b| text.get(b.saturating_sub(1)..)).unwrap_or_default();
     if NOT_NUMBERS.iter().any(|n| rest.starts_with(n) || before.starts_with(n)) {
         return SceneError::new(FaultKind::Syntax, key, "is not finite; every number of a scene is");
@@ -106,7 +106,7 @@ fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> 
     }
 }
 
-/// serde's words, with its names of types in a user's.
+/// serde's message, with its names of types in a user's terms.
 fn plain(words: &str) -> String {
     let (found, wanted) = words.split_once(", expected ").unwrap_or((words, ""));
     let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
@@ -130,7 +130,7 @@ fn plain(words: &str) -> String {
     format!("expected {wanted}, found {}", in_words(found, &wanted))
 }
 
-/// What was found, in a user's words.
+/// The value that was found, in a user's terms.
 fn in_words(found: &str, wanted: &str) -> String {
     let renamed = [("integer ", "the number "), ("floating point ", "the number "), ("string ", "the text ")];
     if let Some((named, name)) = renamed.iter().find(|(named, _)| found.starts_with(named)) {
@@ -139,7 +139,7 @@ fn in_words(found: &str, wanted: &str) -> String {
     match (found, found.strip_prefix("invalid length ")) {
         ("map", _) => "an object".into(),
         ("sequence", _) => "a list".into(),
-        // serde takes a list for an object, by the order of its keys.
+        // serde accepts a list in place of an object, in the order of its keys.
         (_, Some(_)) if wanted == "an object" => "a list".into(),
         (_, Some(length)) => format!("a list of {length}"),
         (other, None) => other.into(),
@@ -150,7 +150,7 @@ fn is_object_at(text: &str, key: &[String]) -> bool {
     place::locate(text, key).is_some_and(|f| f.depth == key.len() && text.as_bytes().get(f.value.start) == Some(&b'{'))
 }
 
-/// serde's place of a repeated key is its closing quote.
+/// serde's location of a repeated key is its closing quote.
 fn start_of_key(text: &str, end: usize, name: &str) -> usize {
     text.get(..=end).and_then(|t| t.rfind(&format!("\"{name}\""))).unwrap_or(end.min(text.len()))
 }

@@ -1,4 +1,4 @@
-//! A JSON tree that refuses a key that appears twice in one object, where `serde_json` alone would keep the last.
+//! A JSON tree that refuses repeated keys in an object; `serde_json` alone would keep the last.
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};

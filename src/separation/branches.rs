@@ -1,19 +1,19 @@
-//! The smooth branches of a pair's separation: a separation is the least of several smooth functions of the two poses,
-//! and a pair can touch in several places at once.
+//! The smooth branches of a pair's separation: a separation is the minimum of several smooth functions of the two
+//! poses, and a pair can touch in several places at once.
 //!
-//! * Two segments: each end against the other segment, and in space the common perpendicular where it is inside of
-//!   both. An end against an end counts once, as that of the first body.
-//! * Two rings: each minimum of the distance along the smaller one, numbered by its angle there; of two rings of one
-//!   size along the second. Linked rings under tension touch in two places.
-//! * A ring and a rod: the minima of the distance along the rod, two at most, before and after the place nearest to the
-//!   ring's axis. A rod that lies across a ring touches it twice.
+//! * Two segments: each end against the other segment, and in space the common perpendicular if it is inside both. An
+//!   end against an end counts once, as an end of the first body.
+//! * Two rings: each minimum of the distance along the smaller one, numbered by its angle there; along the second if
+//!   both have the same size. Linked rings under tension touch in two places.
+//! * A ring and a rod: the minima of the distance along the rod, at most two, before and after the point nearest to the
+//!   ring's axis. A rod across a ring touches it twice.
 //! * All other pairs have one branch, the separation itself.
 //!
-//! The distance at a fixed place of one body is never less than the separation, so that no branch forbids what the
+//! The distance at a fixed point of one body is never less than the separation, so no branch forbids a motion that the
 //! surfaces allow.
 //!
-//! Degenerate cases: axes that cross or nearly do, where an end's distance no longer tells on which side it is, have
-//! the separation alone; so have segments without length.
+//! Degenerate cases: axes that cross or nearly cross, where the distance of an end no longer determines its side, have
+//! only the separation itself; so do segments of zero length.
 
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
@@ -24,47 +24,46 @@ use super::segments::{self, Segment};
 use super::{Family, Nearest, Placed, Separation};
 use glam::DVec3;
 
-/// Set in the number of a branch that is an end, which no other contact of a pair has.
+/// Set in the number of a branch at an end, and in no other contact's number.
 const BRANCH: u32 = 1 << 31;
 
-/// The number of the separation itself as a branch: the only one of most pairs, the common perpendicular of two rods;
-/// of two rings where the distance has no minimum.
+/// The number of the separation itself as a branch: the only branch of most pairs, the common perpendicular of two
+/// rods, and of two rings if the distance has no minimum.
 pub const WHOLE: u32 = 0;
 
-/// How many branches a pair has at most, the separation itself among them.
+/// The largest number of branches of a pair, including the separation itself.
 pub(crate) const BRANCHES: u32 = 5;
 
-/// The number of the branch in a place of the list of all: the separation itself, the ends of the first segment, those
+/// The number of the branch at an index of the list of all: the separation itself, the ends of the first segment, those
 /// of the second; or the minima of two rings, or of a ring and a rod.
 #[cfg(feature = "gpu")]
 pub(crate) fn branch_in_place(place: u32) -> u32 {
     if place == 0 { WHOLE } else { BRANCH | (place - 1) }
 }
 
-/// The place of a branch in that list, if it is one.
+/// The index of a branch in that list, if `feature` is a branch.
 pub(crate) fn place_of_branch(feature: u32) -> Option<u32> {
     let place = if feature == WHOLE { 0 } else { (feature ^ BRANCH).saturating_add(1) };
     (place < BRANCHES).then_some(place)
 }
 
-/// Branches are looked at down to this part of the sum of the radii of two centrelines below contact: deeper, the axes
-/// cross soon.
+/// Branches count down to this depth, over the sum of the radii of two centrelines: deeper, the axes soon cross.
 pub(crate) const DEEPEST: f64 = 0.5;
 
-/// The least slack, in sums of the radii: what turns a pair that did not turn before. A colony to 512 cells takes 27
+/// The smallest slack, in sums of the radii: for a pair that did not turn before. A colony to 512 cells takes 27
 /// products and 0.007 recursions a step from 0.001 to 0.006, and 76 and 0.48 with none.
 pub(crate) const LEAST_SLACK: f64 = 0.001;
 
 /// The slack in space, in sums of the radii: that of rods as parallel as solves leave them, ends a tenth of the overlap
-/// tolerance apart. There the nearest points of rods lie inside of both and slide, so that another branch rarely
-/// becomes the nearest: 1,000 rods packed to t = 15 take 403 products a step at dt 0.02 and 1,274 at 0.1, and 430 and
-/// 1,468 with the slack of the plane.
+/// tolerance apart. There the nearest points of rods lie inside both and slide, so that another branch rarely becomes
+/// the nearest: 1,000 rods packed to t = 15 take 403 products a step at dt 0.02 and 1,274 at 0.1, and 430 and 1,468
+/// with the slack of the plane.
 pub(crate) const SLACK_IN_SPACE: f64 = 2e-5;
 
-/// Minima of two rings are counted up to this many sums of the radii of their tubes above the nearest.
+/// Minima of two rings count up to this many sums of the radii of their tubes above the nearest.
 pub(crate) const WINDOW: f64 = 1.0;
 
-/// The same of two rings, by whichever of the two the minima are looked for: over a million poses by 2e-11.
+/// The same for two rings, with the minima searched along either of them: over a million poses the two differ by 2e-11.
 pub(crate) const RING_ROUNDING: f64 = 1e-10;
 
 /// Two ways to compute a distance differ by less than this part of the sizes.
@@ -76,7 +75,7 @@ pub fn is_branch(feature: u32) -> bool {
 }
 
 /// Calls `found` with the number and the separation of every branch of a pair that is at most `slack` above `nearest`,
-/// the pair's separation; at least one.
+/// the pair's separation; at least once.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
@@ -121,9 +120,8 @@ pub fn branches(a: &Placed, b: &Placed, nearest: &Separation, slack: f64, mut fo
     }
 }
 
-/// How far a branch of a pair may lie above its separation `nearest` and still become active in a step in which the
-/// pair turns by the rotation vector `turned` against each other and slides by `slid`, a length; in space only what
-/// rounding hides.
+/// How far a branch of a pair may lie above its separation `nearest` and still become active in a step with the
+/// relative rotation vector `turned` and the slide `slid`, a length; in space only the rounding.
 ///
 /// In the plane a turn about `e` changes the gap at a distance `d` along the axis `u` from the contact by `d |e . (u x
 /// n)|`, and a slide of `s` across crossed axes a distance `D` apart by `s^2 / 2 D`.
@@ -156,8 +154,8 @@ pub fn branch(a: &Placed, b: &Placed, nearest: &Separation, feature: u32) -> Sep
     wanted
 }
 
-/// The separation at a branch of two segments by its number, however far it lies above the pair's; `None` for a branch
-/// that is the separation itself.
+/// The separation at a branch of two segments by its number, at any height above the pair's; `None` for a branch that
+/// is the separation itself.
 pub(crate) fn separation_at(a: &Placed, b: &Placed, feature: u32) -> Option<f64> {
     let (Family::Segment(of_a, ra), Family::Segment(of_b, rb)) = (Family::of(a), Family::of(b)) else { return None };
     let number = place_of_branch(feature)?.checked_sub(1)?;
@@ -179,7 +177,7 @@ fn of_circles(
     let radii = ra + rb;
     let rounding = RING_ROUNDING * (radii + delta.length() + a.radius + b.radius);
     let most = nearest.separation + slack + rounding;
-    // Counted in a window of its own, so that a minimum has the same number whatever the slack is.
+    // Counted in a fixed window, so that a minimum has the same number for every slack.
     let window = nearest.separation + radii + WINDOW * radii;
     let (mut number, mut any) = (0, false);
     let mut keep = |separation: Separation| {
@@ -199,7 +197,7 @@ fn of_circles(
     }
 }
 
-/// `delta` is from the ring to the rod, and `turn` makes a separation of the pair from what is found so.
+/// `delta` is from the ring to the rod; `turn` converts the result to a separation of the pair.
 fn of_circle_segment(
     delta: DVec3,
     (ring, rod): (Circle, Segment),
@@ -247,7 +245,7 @@ fn of_segments(
             any = true;
         }
     };
-    // The ends of b that an end of a has counted with its own.
+    // The ends of b that were counted with an end of a.
     let mut counted = [false; 2];
     for (k, end) in [(0, -a.half), (1, a.half)] {
         let from = end * a.axis;

@@ -1,15 +1,15 @@
 //! A circle and a point or segment: the nearest points of both.
 //!
-//! The point of the circle nearest to a given point is in closed form, which leaves the place `t` along the segment.
-//! With `z` the height over the circle's plane and `rho = sqrt(m^2 + k^2 (t - t_a)^2)` the distance from its axis, the
-//! squared distance `z^2 + (rho - R)^2` has second derivative `2 - 2 R k^2 m^2 / rho^3` in `t`: it is convex outside
-//! the interval about `t_a` where `rho^3 < R k^2 m^2`, and concave inside, where no minimum can be. So there are two
-//! minima at most, each alone in a convex piece, and the search is exact.
+//! The point of the circle nearest to a given point has a closed form; the unknown is the position `t` along the
+//! segment. With `z` the height over the circle's plane and `rho = sqrt(m^2 + k^2 (t - t_a)^2)` the distance from its
+//! axis, the squared distance `z^2 + (rho - R)^2` has second derivative `2 - 2 R k^2 m^2 / rho^3` in `t`: it is convex
+//! outside the interval about `t_a` where `rho^3 < R k^2 m^2`, and concave inside, where there is no minimum. So there
+//! are at most two minima, each alone in a convex piece, and the search is exact.
 //!
-//! Degenerate cases: a point on the axis but for rounding (a fixed direction in the plane, see `Circle::toward`); a
-//! segment along the axis but for rounding, which has no place nearest to it (that nearest to the centre); a line that
-//! passes through the axis (`near_axis`); a segment that meets the circle (`meeting`); two equal minima (the first
-//! along the segment).
+//! Degenerate cases: a point on the axis up to rounding (a fixed direction in the plane, see `Circle::toward`); a
+//! segment along the axis up to rounding, which has no single point nearest to it (the point nearest to the centre); a
+//! line that passes through the axis (`near_axis`); a segment that meets the circle (`meeting`); two equal minima (the
+//! first along the segment).
 
 use super::Nearest;
 use super::circles::Circle;
@@ -20,7 +20,8 @@ use glam::DVec3;
 
 /// Distances this close, as a fraction of the sizes, are equal.
 const TIE: f64 = 1e-13;
-/// Steps at most of the refinement; each at least halves the bracket, and no bracket is wider than 2^53 roundings.
+/// The largest number of steps of the refinement; each at least halves the bracket, and no bracket is wider than 2^53
+/// roundings.
 const MAX_STEPS: usize = 60;
 
 /// Nearest points of the circle `a` about the origin and the segment `b` about `delta`.
@@ -30,21 +31,20 @@ pub(super) fn nearest(delta: DVec3, a: Circle, b: Segment) -> Nearest {
     at_place(delta, a, b, at)
 }
 
-/// The nearest points at each minimum of the distance along the segment, which has a length: the one before the place
+/// The nearest points at each minimum of the distance along the segment, which has a length: the one before the point
 /// nearest to the axis and the one after it, by number.
 pub(super) fn minima(delta: DVec3, a: Circle, b: Segment, mut found: impl FnMut(u32, Nearest)) {
     let tie = TIE * (delta.length() + a.radius + b.half);
     for (number, side) in sides(delta, &a, b).into_iter().enumerate() {
         let at = minimum(delta, &a, b, &side);
-        // Where the distance falls on beyond the piece, its border is no minimum; where it does not, both pieces have
-        // it.
+        // If the distance keeps falling beyond the piece, its border is not a minimum; otherwise both pieces have it.
         if side.low < side.high && ((at - side.inner).abs() > tie || at.abs() == b.half) {
             found(number as u32, at_place(delta, a, b, at));
         }
     }
 }
 
-/// The nearest point of the circle to a place of the segment.
+/// The point of the circle nearest to a position on the segment.
 fn at_place(delta: DVec3, a: Circle, b: Segment, at: f64) -> Nearest {
     let size = delta.length() + a.radius + b.half;
     let to = b.axis * at;
@@ -58,14 +58,14 @@ fn at_place(delta: DVec3, a: Circle, b: Segment, at: f64) -> Nearest {
     Nearest { from, to, normal, distance }
 }
 
-/// The squared distance at a place along the segment, with half its first and second derivative.
+/// The squared distance at a position along the segment, with half its first and second derivative.
 struct Sample {
     square: f64,
     slope: f64,
     bend: f64,
 }
 
-/// How the segment's line passes the circle's axis: at which place, how near, and the sine to it.
+/// How the segment's line passes the circle's axis: the position, the distance, and the sine of the angle.
 #[derive(Clone, Copy)]
 struct Passing {
     turn: f64,
@@ -73,8 +73,8 @@ struct Passing {
     sine: f64,
 }
 
-/// Distance from the axis, as a fraction of the sizes, under which it is computed from the line's passing: what
-/// rounding leaves of a difference of vectors has no sign there, and the slope of `rho` jumps from one to the other.
+/// Distance from the axis, as a fraction of the sizes, below which it is computed from the line's passing: there the
+/// difference of vectors is rounding without a sign, and the slope of `rho` changes sign.
 const NEAR_AXIS: f64 = 1e-6;
 
 fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64, side: &Side) -> Sample {
@@ -96,15 +96,15 @@ fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64, side: &Side) -> Sample 
 struct Side {
     low: f64,
     high: f64,
-    /// Its border towards the place nearest to the axis.
+    /// Its border towards the point nearest to the axis.
     inner: f64,
-    /// -1 before that place, 1 after it: which slope of `rho` counts where that is on the axis itself.
+    /// -1 before that point, 1 after it: the sign of the slope of `rho` if that point is on the axis itself.
     sign: f64,
     passing: Passing,
 }
 
 impl Side {
-    /// The distance from the axis and its derivatives at a place.
+    /// The distance from the axis and its derivatives at a position.
     fn near_axis(&self, at: f64) -> (f64, f64, f64) {
         let Passing { turn, miss, sine } = self.passing;
         let along = sine * (at - turn);
@@ -117,11 +117,11 @@ impl Side {
     }
 }
 
-/// The piece before the place nearest to the axis and the one after it.
+/// The piece before the point nearest to the axis and the one after it.
 fn sides(delta: DVec3, a: &Circle, b: Segment) -> [Side; 2] {
     let lean = across(b.axis, a.axis).unwrap_or(DVec3::ZERO);
     let lean2 = lean.length_squared();
-    // A segment along the axis keeps one distance from it; the formulas below hold with any place in its stead.
+    // A segment along the axis has a constant distance from it; the formulas below hold with any point as the nearest.
     let turn = if lean2 > 0.0 { -delta.dot(lean) / lean2 } else { -delta.dot(b.axis) };
     let off_axis = delta + b.axis * turn;
     let miss2 = across(off_axis, a.axis).map_or(0.0, DVec3::length_squared);
@@ -136,7 +136,7 @@ fn sides(delta: DVec3, a: &Circle, b: Segment) -> [Side; 2] {
     [before, Side { low: first, high, inner: first, sign: 1.0, passing }]
 }
 
-/// The place along the segment nearest to the circle.
+/// The position along the segment nearest to the circle.
 fn place(delta: DVec3, a: &Circle, b: Segment, tie: f64) -> f64 {
     let sides = sides(delta, a, b);
     let [before, after] = [0, 1].map(|k| minimum(delta, a, b, &sides[k]));
@@ -144,7 +144,7 @@ fn place(delta: DVec3, a: &Circle, b: Segment, tie: f64) -> f64 {
     if square(after) < square(before) - tie { after } else { before }
 }
 
-/// The place of the least distance in a piece.
+/// The position of the smallest distance in a piece.
 fn minimum(delta: DVec3, a: &Circle, b: Segment, side: &Side) -> f64 {
     let (mut low, mut high) = (side.low, side.high);
     let slope = |at: f64| sample(delta, a, b, at, side);
@@ -179,7 +179,7 @@ mod tests {
     use crate::shape::Shape;
     use glam::{DQuat, DVec3};
 
-    /// The slope of the distance from the axis was taken as zero on the axis, and the search stayed there.
+    /// Earlier, the slope of the distance from the axis counted as zero on the axis, and the search stayed there.
     #[test]
     fn a_rod_through_the_axis_in_the_plane_of_a_ring_is_nearest_at_an_end() {
         let ring = Placed {

@@ -1,17 +1,17 @@
 //! Two circles: the nearest points of two circles in space.
 //!
-//! The point of circle a nearest to a given point is in closed form, which leaves the angle `theta` along circle b.
+//! The point of circle a nearest to a given point has a closed form; the unknown is the angle `theta` along circle b.
 //! With `z` the height of its point over the plane of a and `rho` its distance from the axis of a, the squared distance
-//! is `z^2 + (rho - R_a)^2`, a sum of squares that keeps its digits as the circles meet. All its minima over `theta`
-//! are bracketed by samples and refined by safeguarded Newton; wanted is the least, or each within some distance.
-//! Circle b is the smaller, so that what happens on the other is not passed between two samples.
+//! is `z^2 + (rho - R_a)^2`, a sum of squares that keeps its digits as the circles meet. Samples bracket all its minima
+//! over `theta`, and a safeguarded Newton method refines the smallest one, or each within some distance. Circle b is
+//! the smaller one, so that two samples do not skip a feature of the other.
 //!
-//! An interval is halved while it may hold two minima, going by first and second derivatives, or while it is wide for
-//! how near it comes to the axis of a, where the function is not smooth; one in which nothing that is wanted can be, at
-//! the length of its arc, is skipped.
+//! An interval is halved while it may contain two minima, by its first and second derivatives, or while it is wide
+//! compared with its distance from the axis of a, where the function is not smooth. An interval is skipped if, by the
+//! length of its arc, it cannot contain a wanted minimum.
 //!
-//! Degenerate cases: coaxial circles and others at one distance all round (the first sample, and no minimum); circles
-//! that meet (`meeting`); a point on the axis but for rounding (the first direction in the plane); equal minima (the
+//! Degenerate cases: coaxial circles and others with a constant distance (the first sample, and no minimum); circles
+//! that meet (`meeting`); a point on the axis up to rounding (the first direction in the plane); equal minima (the
 //! first).
 
 use super::Nearest;
@@ -36,14 +36,15 @@ pub(super) struct Circle {
 const SAMPLES: usize = 32;
 /// Distances this close, as a fraction of the sizes, are equal.
 const TIE: f64 = 1e-13;
-/// Ratio of the second derivatives at the ends of an interval under which the first is taken as monotone between.
+/// Ratio of the second derivatives at the ends of an interval below which the first derivative counts as monotone
+/// between them.
 const MONOTONE: f64 = 2.0;
-/// Minima at most that are told apart. Linked rings of a sheet that is drawn out have two.
+/// The largest number of distinct minima. Linked rings of a stretched sheet have two.
 pub(super) const MINIMA: usize = 4;
-/// Steps at most of the refinement; each at least halves the bracket.
+/// The largest number of steps of the refinement; each at least halves the bracket.
 const MAX_STEPS: usize = 60;
-/// Halvings at most of an interval: what hides in the last has a width of 1e-9, and is not nearer by more
-/// than its square.
+/// The largest number of halvings of an interval: a minimum hidden in the last has a width of 1e-9, and is nearer by at
+/// most its square.
 const MAX_HALVINGS: usize = 26;
 
 /// Sines and cosines of the samples' angles.
@@ -68,15 +69,15 @@ impl Circle {
         (self.first * cosine + self.second * sine, self.second * cosine - self.first * sine)
     }
 
-    /// The unit direction, in the plane, from the centre to the circle's point nearest to `p`; the first direction
-    /// where `p` is on the axis.
+    /// The unit direction, in the plane, from the centre to the circle's point nearest to `p`; the first direction if
+    /// `p` is on the axis.
     #[inline]
     pub fn toward(&self, p: DVec3) -> DVec3 {
         across(p, self.axis).and_then(DVec3::try_normalize).unwrap_or(self.first)
     }
 }
 
-/// The squared distance at an angle, its first and second derivative, and how much of the first may be rounding.
+/// The squared distance at an angle, its first and second derivative, and the rounding error of the first.
 #[derive(Clone, Copy)]
 struct Sample {
     angle: f64,
@@ -88,7 +89,7 @@ struct Sample {
     rho1: f64,
 }
 
-/// Circle b in the axes of circle a, whose normal is z: its centre, and two of its radii at right angles.
+/// Circle b in the axes of circle a, whose normal is z: its centre, and two perpendicular radii.
 struct Posed {
     centre: DVec3,
     first: DVec3,
@@ -116,7 +117,7 @@ impl Posed {
         self.sample_at(angle, angle.sin_cos())
     }
 
-    /// The same with the angle's sine and cosine.
+    /// The same for an angle with this sine and cosine.
     #[inline]
     fn sample_at(&self, angle: f64, (sine, cosine): (f64, f64)) -> Sample {
         let (out, p1) = (self.first * cosine + self.second * sine, self.second * cosine - self.first * sine);
@@ -140,21 +141,21 @@ impl Posed {
     }
 }
 
-/// What a search keeps of the minima that it finds, in the order of their angles.
+/// The minima that a search keeps, in the order of their angles.
 trait Kept {
-    /// Learns the distance of the nearest sample.
+    /// Receives the distance of the nearest sample.
     fn begin(&mut self, nearest: f64);
-    /// A distance over which no minimum is kept.
+    /// The distance above which no minimum is kept.
     fn most(&self) -> f64;
-    /// Keeps a minimum, or not.
+    /// Receives a minimum, and may keep it.
     fn found(&mut self, minimum: Sample);
 }
 
-/// The nearest minimum, the first of equal ones.
+/// The nearest minimum, the first among equals.
 struct Least {
     best: Option<Sample>,
     tie: f64,
-    /// The distance of the nearest sample: a bound before a minimum is found.
+    /// The distance of the nearest sample: a bound until a minimum is found.
     sampled: f64,
 }
 
@@ -177,7 +178,7 @@ impl Kept for Least {
     }
 }
 
-/// The first minima that are at most so far.
+/// The first minima with a distance of at most `most`.
 struct Within {
     most: f64,
     angles: [f64; MINIMA],
@@ -208,7 +209,7 @@ pub(super) fn nearest(delta: DVec3, a: Circle, b: Circle) -> Nearest {
 }
 
 /// The nearest points at every minimum of the distance along circle `b` that is at most `most`, in the order of their
-/// angles on it, [`MINIMA`] at most. Circles at one distance all round have none.
+/// angles on it, [`MINIMA`] at most. Circles with a constant distance have none.
 pub(super) fn minima(delta: DVec3, a: Circle, b: Circle, most: f64, mut found: impl FnMut(Nearest)) {
     let size = delta.length() + a.radius + b.radius;
     let mut kept = Within { most, angles: [0.0; MINIMA], count: 0 };
@@ -218,8 +219,8 @@ pub(super) fn minima(delta: DVec3, a: Circle, b: Circle, most: f64, mut found: i
     }
 }
 
-/// Looks for minima all round, but for circles at one distance all round. Returns the nearest sample, of these the
-/// first.
+/// Searches for minima along the whole circle, unless the distance is constant. Returns the nearest sample, the first
+/// among equals.
 fn search_all(circles: &Posed, size: f64, kept: &mut impl Kept) -> Sample {
     let sines = &*AROUND;
     let around: [Sample; SAMPLES] = std::array::from_fn(|i| circles.sample_at(angle_of(i), sines[i]));
@@ -236,7 +237,7 @@ fn search_all(circles: &Posed, size: f64, kept: &mut impl Kept) -> Sample {
     around.into_iter().reduce(|m, s| if s.square < m.square { s } else { m }).unwrap_or(around[0])
 }
 
-/// Looks for minima between two samples.
+/// Searches for minima between two samples.
 fn search(circles: &Posed, (low, high): (Sample, Sample), halvings: usize, kept: &mut impl Kept) {
     let arc = circles.radius_b * (high.angle - low.angle);
     let reach = low.square.min(high.square).sqrt() - 0.5 * arc;
@@ -257,9 +258,9 @@ fn search(circles: &Posed, (low, high): (Sample, Sample), halvings: usize, kept:
     }
 }
 
-/// Whether an interval has no room for more than one root of the slope, going by its ends: the slope turns the same way
-/// at both and about as fast, or is too steep to come back, or is rounding. Never where the interval is as wide as the
-/// circle is near the axis.
+/// Whether an interval has at most one root of the slope, judged from its ends: the slope changes in the same direction
+/// at both and about as fast, or is too steep to return, or is rounding. Never if the interval is as wide as the
+/// distance of the circle from the axis.
 fn is_resolved(low: &Sample, high: &Sample, arc: f64) -> bool {
     let turn = high.angle - low.angle;
     let bends = (low.curvature.abs().min(high.curvature.abs()), low.curvature.abs().max(high.curvature.abs()));
@@ -271,7 +272,7 @@ fn is_resolved(low: &Sample, high: &Sample, arc: f64) -> bool {
     flat || smooth && (monotone || steep)
 }
 
-/// The root of the slope in a bracket, by Newton's method, or halving where that leaves the bracket.
+/// The root of the slope in a bracket, by Newton's method, or by halving if Newton leaves the bracket.
 fn refine(circles: &Posed, (low, middle, high): (Sample, Sample, Sample)) -> Sample {
     let (mut left, mut right) = (low.angle, high.angle);
     let mut here = middle;

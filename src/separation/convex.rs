@@ -1,13 +1,13 @@
 //! A custom shape with another, or with an ellipsoid: the largest `n . Delta - h_a(n) - h_b(-n)` over unit normals (see
 //! `peak`).
 //!
-//! The second body is taken mirrored at its centre, so that its support function at `n` is its own at `-n`. Newton
-//! starts at the warm normal or at the direction between the centres. Where the maximum found is so deep that it may
-//! not be the only one, the best of fixed starts are climbed from: the directions to the sides, edges and corners of a
-//! cube along the axes of either body.
+//! The second body is mirrored at its centre, so that its support function at `n` is the original one at `-n`. Newton
+//! starts at the warm normal or at the direction between the centres. If the maximum is so deep that it may not be
+//! unique, Newton also starts from the best of fixed normals: the directions to the sides, edges and corners of a cube
+//! along the axes of either body.
 //!
-//! Degenerate cases: concentric bodies (the x of space to start from); equal maxima (the first in the order of starts,
-//! whatever the warm normal).
+//! Degenerate cases: concentric bodies (the start is the x of space); equal maxima (the first in the order of starts,
+//! for every warm normal).
 
 use super::Separation;
 use super::peak::{Peak, Supporting, climb};
@@ -15,7 +15,7 @@ use super::support::Support;
 use crate::shape::Convex;
 use glam::{DMat3, DQuat, DVec3};
 
-/// Starts that are climbed from, of those whose values are largest. Of 4,500 random pairs of ellipsoids up to aspect
+/// The number of starts, those with the largest values. Of 4,500 random pairs of ellipsoids up to aspect
 /// ratio 5, dice and eggs, their centres at most 0.8 of the smaller thickness apart, 100 found a smaller maximum than
 /// the largest known with one start, 19 with two, one with four and none with this many.
 const CLIMBED: usize = 8;
@@ -27,7 +27,7 @@ pub(super) const TIE: f64 = 1e-13;
 pub(super) struct Posed {
     shape: Convex,
     axes: DMat3,
-    /// -1 where it is mirrored at the origin.
+    /// -1 if the shape is mirrored at the origin, else 1.
     side: f64,
 }
 
@@ -83,7 +83,7 @@ impl Supporting for Posed {
     }
 }
 
-/// One of a pair: a custom shape or an ellipsoid.
+/// A body of a pair: a custom shape or an ellipsoid.
 #[derive(Clone, Copy)]
 pub(super) enum Body {
     Ellipsoid(Support),
@@ -165,8 +165,7 @@ fn above<const N: usize>(peak: &Peak<N>, other: &Peak<N>, delta: DVec3, bodies: 
     peak.value > other.value + TIE * size
 }
 
-/// The highest of the peaks that the best of some starts lead to, the first of equal ones; none where there is no
-/// start.
+/// The highest of the peaks from the best of some starts, the first among equals; none without starts.
 pub(super) fn highest<const N: usize>(
     delta: DVec3,
     bodies: &[impl Supporting; N],

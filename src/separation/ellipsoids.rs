@@ -1,12 +1,11 @@
 //! Two ellipsoids: the largest `n . Delta - h_a(n) - h_b(n)` over unit normals (see `peak`).
 //!
 //! From a warm normal Newton converges at once. Without one, the start is the normal of a sequence of quadratic models.
-//! Where the maximum found is so deep that it may not be the only one, the axes of both bodies and the common
-//! perpendiculars of each two of them are tried as starts as well: at the thin sides of flat and slender bodies, which
-//! is where local maxima lie.
+//! If the maximum is so deep that it may not be unique, Newton also starts from the axes of both bodies and from the
+//! common perpendiculars of each two of them: local maxima lie at the thin sides of flat and slender bodies.
 //!
-//! Degenerate cases: concentric bodies (no direction to start from: those axes still are); equal maxima (the first in
-//! the order of starts).
+//! Degenerate cases: concentric bodies (no direction between centres; those axes are the starts); equal maxima (the
+//! first in the order of starts).
 
 use super::Separation;
 use super::peak::{Peak, climb};
@@ -29,7 +28,7 @@ pub(super) fn separation(delta: DVec3, a: Support, b: Support, warm: Option<DVec
     Separation { separation: peak.value, normal: peak.normal, lever_a: peak.points[0], lever_b: -peak.points[1] }
 }
 
-/// A normal near that of the maximum, from the direction between the centres.
+/// A normal near the maximum, from the direction between the centres.
 fn cold_start(delta: DVec3, bodies: &[Support; 2]) -> DVec3 {
     let squares = [bodies[0].square(), bodies[1].square()];
     let mut normal = delta.try_normalize().unwrap_or(DVec3::X);
@@ -40,8 +39,8 @@ fn cold_start(delta: DVec3, bodies: &[Support; 2]) -> DVec3 {
     normal
 }
 
-/// The largest of the local maxima that the axes and their common perpendiculars lead to; `found` only where it is
-/// larger than all of them, so that of equal ones the result does not depend on a warm start.
+/// The largest of the local maxima from the axes and their common perpendiculars; `found` only if it is larger than all
+/// of them, so that among equal maxima the result does not depend on a warm start.
 fn deepest(delta: DVec3, bodies: &[Support; 2], found: Peak<2>) -> Peak<2> {
     let tie = TIE * (delta.length() + bodies[0].radii.max_element() + bodies[1].radii.max_element());
     let axes = bodies.map(|b| [b.axes.x_axis, b.axes.y_axis, b.axes.z_axis]);

@@ -1,11 +1,11 @@
 //! The normal of a custom shape at its point farthest from a point or a line: the largest `n . d + h(n)` over unit
-//! normals, with `d` from the point to the body's centre; across the line for a line.
+//! normals, with `d` from the point to the body's centre; for a line, over normals at right angles to it.
 //!
-//! For the distance of a point `y` is the largest `n . (y - p)`, and of these the support function is the largest. So
-//! it is the search of `peak` with the support function's sign turned round. There are several local maxima, the body's
-//! ends among them: the best of fixed starts are climbed from.
+//! The distance from `p` to a point `y` is the largest `n . (y - p)`, and the support function is the maximum of `n .
+//! y` over the body. So this is the search of `peak` with the opposite sign of the support function. It has several
+//! local maxima, such as the body's ends, so the search starts from the best of fixed normals.
 //!
-//! Degenerate case: points that are equally far, of which the first in the order of starts is taken.
+//! Degenerate case: points at the same distance; the first in the order of starts counts.
 
 use super::convex::{Posed, TIE, highest};
 use super::direction::perpendicular;
@@ -13,10 +13,10 @@ use super::peak::{Peak, Supporting, climb_across};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Starts round a line.
+/// The number of starts around a line.
 pub(super) const ROUND: u32 = 32;
 
-/// A body with its support function's sign turned round.
+/// A body with the opposite sign of its support function.
 #[derive(Clone, Copy)]
 struct Outward(Posed);
 
@@ -40,7 +40,7 @@ impl Supporting for Outward {
     }
 }
 
-/// The normal at the point farthest from `-delta`, and how far that is.
+/// The normal at the point farthest from `-delta`, and the distance of that point.
 pub(super) fn from_point(delta: DVec3, body: Posed) -> (DVec3, f64) {
     let starts = delta.try_normalize().into_iter().chain(body.starts());
     highest(delta, &[Outward(body)], starts).map_or((DVec3::X, 0.0), |peak| (peak.normal, peak.value))
@@ -52,7 +52,7 @@ pub(super) fn from_line(delta: DVec3, body: Posed, axis: DVec3) -> DVec3 {
     highest_across(delta, Outward(body), axis).normal
 }
 
-/// The highest peak over the normals at right angles to `axis`, the first of equal ones.
+/// The highest peak over the normals at right angles to `axis`, the first among equals.
 pub(super) fn highest_across(delta: DVec3, body: impl Supporting, axis: DVec3) -> Peak<1> {
     let first = perpendicular(axis);
     let second = axis.cross(first);

@@ -1,15 +1,15 @@
-//! Separations in WGSL: which families of pairs a scene needs, and the fragments of a kernel that computes one of them.
+//! Separations in WGSL: the families of pairs that a scene needs, and the fragments of a kernel for one of them.
 //!
-//! A kernel serves one pair of families, so that a scene compiles only what its shapes can meet. In it are the
+//! A kernel serves one pair of families, so that a scene compiles only the pairs that its shapes can form. It has the
 //! functions
 //!
 //! * `separate(delta, a, b, warm) -> Separation`, as [`super::separation`] or [`super::planar_separation`] for `delta =
-//!   x_b - x_a`, with `warm` zero where there is no old normal;
-//! * `is_of_families(kind_a, kind_b) -> bool`, whether a pair of such shapes is one that it computes;
-//! * and what [`add_bodies_to`] adds.
+//!   x_b - x_a`, with `warm` zero if there is no old normal;
+//! * `is_of_families(kind_a, kind_b) -> bool`, whether the kernel computes a pair of such shapes;
+//! * and those of [`add_bodies_to`].
 //!
-//! The text is `shaders/separation/`. It follows the CPU in every degenerate case; its tolerances are functions of the
-//! number type.
+//! The source is in `shaders/separation/`. It follows the CPU in every degenerate case; its tolerances are functions of
+//! the number type.
 
 use crate::gpu::{Fragment, Precision, Source, fragment};
 use crate::shape::gpu::add_tags_to;
@@ -41,7 +41,7 @@ pub(super) enum Family {
 }
 
 impl Family {
-    /// The family of a kind of shape; `None` for one that only the CPU computes with.
+    /// The family of a kind of shape; `None` for a shape that only the CPU supports.
     fn of(kind: Tag) -> Option<Family> {
         match kind {
             Tag::Sphere | Tag::Spherocylinder => Some(Family::Segment),
@@ -58,14 +58,14 @@ impl Family {
         format!("({})", tests.join(" || "))
     }
 
-    /// Whether some of these shapes are of this family.
+    /// Whether any of these shapes is of this family.
     pub(super) fn has_any(self, shapes: &[Shape]) -> bool {
         shapes.iter().any(|shape| Family::of(shape.tag()) == Some(self))
     }
 }
 
 impl PairFamilies {
-    /// All of them. A ring with an ellipsoid is missing, as on the CPU.
+    /// All pairs of families. A ring with an ellipsoid is missing, as on the CPU.
     pub const ALL: [PairFamilies; 5] = [
         PairFamilies::Segments,
         PairFamilies::CircleSegment,
@@ -74,7 +74,7 @@ impl PairFamilies {
         PairFamilies::Ellipsoids,
     ];
 
-    /// Those that bodies of these shapes can make, in a fixed order.
+    /// The pairs of families that bodies of these shapes can form, in a fixed order.
     ///
     /// ```
     /// use relcp::{internals::separation::gpu::PairFamilies, shape::Shape};
@@ -89,7 +89,7 @@ impl PairFamilies {
         PairFamilies::ALL.into_iter().filter(made).collect()
     }
 
-    /// The families of a pair of shapes; `None` for a pair that no kernel computes.
+    /// The pair of families of two shapes; `None` for a pair that no kernel computes.
     pub fn of(a: &Shape, b: &Shape) -> Option<PairFamilies> {
         PairFamilies::ALL.into_iter().find(|pair| pair.is_of_families(a.tag(), b.tag()))
     }
@@ -111,7 +111,7 @@ impl PairFamilies {
         }
     }
 
-    /// A short name, for a kernel's.
+    /// A short name, for the kernel's name.
     pub fn name(self) -> &'static str {
         match self {
             PairFamilies::Segments => "segment-segment",
@@ -135,7 +135,7 @@ impl PairFamilies {
         source.text(&self.test_text())
     }
 
-    /// What it computes in space, for a pair in its fixed order.
+    /// The fragments that compute it in space, for a pair in its fixed order.
     fn fragments(self) -> &'static [Fragment] {
         match self {
             PairFamilies::Segments => &[
@@ -180,7 +180,7 @@ impl PairFamilies {
     /// The function `separate`.
     fn entry(self, planar: bool) -> &'static [Fragment] {
         match self {
-            // Rings lie as in space.
+            // Rings are placed as in space.
             _ if !planar => &[fragment!("separation/entry_space.wgsl")],
             PairFamilies::CircleSegment | PairFamilies::Circles => &[fragment!("separation/entry_space.wgsl")],
             PairFamilies::Segments => &[
@@ -210,31 +210,31 @@ impl PairFamilies {
     }
 }
 
-/// Adds the tolerances, each a number of roundings, but not less than what the CPU has for 64 bits.
+/// Adds the tolerances, each a number of roundings, but at least the CPU's tolerance for 64 bits.
 pub(crate) fn add_tolerances_to(source: Source) -> Source {
     let epsilon = source.precision().epsilon();
     let tolerances = [
         // Distances and maxima this close, as a fraction of the sizes, are equal: well above rounding.
         ("TIE", 1e-13, 4.0),
-        // Distance, as a fraction of the sizes times the sine between two curves, under which the normal is read from
-        // the curves and not from the gap between them, which has lost more digits.
+        // Distance, as a fraction of the sizes times the sine between two curves, below which the normal follows from
+        // the curves instead of the gap between them, which has lost more digits.
         ("MEETING", 1e-6, 1e4),
-        // Sine under which axes count as parallel. The ends of segments 1000 diameters long then differ by 1e-9
+        // Sine below which axes count as parallel. The ends of segments 1000 diameters long then differ by 1e-9
         // diameters in 64 bits, by 1e-3 in 32 bits, where an axis is rounded to a tenth of this.
         ("PARALLEL_SINE", 1e-12, 16.0),
-        // Sine under which a part across a direction is small beside the whole, so that it is taken off twice; and
-        // under which it is rounding of the whole.
+        // Sine below which a part across a direction is small beside the whole, so that it is projected twice; and
+        // below which it is rounding of the whole.
         ("SMALL_SINE", 1e-3, 0.0),
         ("ROUNDING_SINE", 1e-15, 5.0),
-        // A place of a segment within this part of its half length of an end is the end.
+        // A position on a segment within this part of its half length of an end is the end.
         ("END_ROUNDING", 1e-12, 8.0),
-        // A normal is at right angles to a segment when its cosine is below this.
+        // A normal is at right angles to a segment if its cosine is below this.
         ("RIGHT_ANGLE", 1e-9, 16.0),
-        // A gradient, and a change in the function climbed, that are rounding, as fractions of the sizes.
+        // A gradient, and a change of the maximized function, that are rounding, as fractions of the sizes.
         ("GRADIENT_FLOOR", 0.0, 2.0),
         ("VALUE_FLOOR", 0.0, 4.0),
-        // The longest last step to a maximum, beside the angle over which the curvature changes: points leave the
-        // surfaces by the square of it, by 1e-8 in 64 bits and 1e-3 in 32 bits.
+        // The longest last step to a maximum, relative to the angle over which the curvature changes: points leave the
+        // surfaces by its square, 1e-8 in 64 bits and 1e-3 in 32 bits.
         ("LAST_CLIMB", 1e-4, 2.5e5),
     ];
     tolerances
@@ -242,13 +242,13 @@ pub(crate) fn add_tolerances_to(source: Source) -> Source {
         .fold(source, |source, (name, least, roundings)| source.real(name, (roundings * epsilon).max(least)))
 }
 
-/// Halvings at most of an interval in the search round a ring: what hides in the last has a width of the root of a
-/// rounding, and is not nearer by more than its square.
+/// The largest number of halvings of an interval in the search along a ring: a minimum hidden in the last interval has
+/// the width of the root of a rounding, and is nearer by at most its square.
 fn halvings(precision: Precision) -> u32 {
     (-0.5 * precision.epsilon().log2()).ceil() as u32
 }
 
-/// Adds the search for the minima of the distance of two circles, to a source with bodies and `nearest.wgsl`.
+/// Adds the search for the minima of the distance between two circles, to a source with bodies and `nearest.wgsl`.
 pub(crate) fn add_minima_of_circles_to(source: Source) -> Source {
     let halvings = halvings(source.precision());
     let source = source.integer("RING_HALVINGS", halvings).include(fragment!("separation/ring.wgsl"));

@@ -1,12 +1,12 @@
 //! The shared-normal signed distance (SNSD) of a pair of bodies, with its normal and levers.
 //!
-//! For convex pairs `Phi = max over unit n of n . (x_b - x_a) - h_a(n) - h_b(-n)`; for centreline pairs the distance of
-//! the two centrelines less the two radii. `Phi > 0` apart, `Phi < 0` overlap. The two agree where both apply. After
-//! Palmer, Aktulga and Gao (2026), section 2.
+//! For convex pairs `Phi = max over unit n of n . (x_b - x_a) - h_a(n) - h_b(-n)`; for centreline pairs the distance
+//! between the two centrelines minus the two radii. `Phi > 0` apart, `Phi < 0` overlap. The two definitions agree where
+//! both apply. After Palmer, Aktulga and Gao (2026), section 2.
 //!
 //! Everything is computed from `x_b - x_a`, so a result does not depend on how far from the origin a pair lies. The
-//! pair is put in one fixed order first, so swapping the bodies flips the normal and changes no bit else, unless they
-//! are the same body in the same place: then there is no side to prefer.
+//! pair is first put into a fixed order, so swapping the bodies flips the normal and changes no other bit, unless they
+//! are equal bodies with equal poses: then no side is preferred.
 
 pub(crate) mod branches;
 mod circle_segment;
@@ -57,14 +57,14 @@ use segments::Segment;
 use std::cmp::Ordering;
 use support::Support;
 
-/// A body's shape where it is: what a separation is computed from.
+/// A shape with its pose: the input of a separation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
     /// The shape, in body axes.
     pub shape: Shape,
     /// Position of the centre.
     pub position: DVec3,
-    /// Unit quaternion taking body axes to space.
+    /// Unit quaternion from body axes to space.
     pub orientation: DQuat,
 }
 
@@ -90,7 +90,7 @@ struct Nearest {
     distance: f64,
 }
 
-/// A body by its family, its directions in space.
+/// A body by its family, with its directions in space.
 #[derive(Clone, Copy)]
 enum Family {
     /// A segment, or a point, thickened by a radius.
@@ -119,7 +119,7 @@ impl Family {
         }
     }
 
-    /// Place in the fixed order of families.
+    /// Rank in the fixed order of families.
     #[inline]
     fn rank(&self) -> u8 {
         match self {
@@ -142,15 +142,15 @@ impl Family {
     }
 }
 
-/// The separation of a pair; `None` where the pair of families is not supported (see [`supports`]).
+/// The separation of a pair; `None` if the pair of families is not supported (see [`supports`]).
 ///
 /// `warm` is a unit normal from a to b near the one sought, from an earlier configuration of the same pair. It saves
 /// iterations for two ellipsoids or custom shapes and is not used otherwise. It changes the result by no more than
 /// rounding.
 ///
-/// Deep overlap. Where convex bodies overlap by more than the sum of their least radii of curvature, the maximum need
-/// not be unique: the largest of several local ones is returned, and of equal ones always the same, whatever `warm` is.
-/// Where centrelines cross, coincide or are coaxial the normal follows a fixed rule, each named where it is applied. No
+/// Deep overlap. If convex bodies overlap by more than the sum of their least radii of curvature, the maximum need not
+/// be unique: the result is the largest local maximum, and among equal ones always the same, for every `warm`. If
+/// centrelines cross, coincide or are coaxial, the normal follows a fixed rule, documented where it is applied. No
 /// finite pose gives a NaN.
 ///
 /// ```
@@ -181,7 +181,7 @@ pub fn separation(a: &Placed, b: &Placed, warm: Option<DVec3>) -> Option<Separat
     }
 }
 
-/// What computes the separation of two bodies: [`separation`], or of bodies that cannot leave the plane the one in it.
+/// The function that computes separations: [`separation`], or the planar one for bodies that cannot leave the plane.
 pub(crate) fn separate_in(planar: bool) -> fn(&Placed, &Placed, Option<DVec3>) -> Option<Separation> {
     if planar { planar_separation } else { separation }
 }
@@ -204,7 +204,7 @@ pub fn supports(a: &Shape, b: &Shape) -> bool {
 /// A lower bound of the separation from one unit normal: `n . (x_b - x_a) - h_a(n) - h_b(-n)`, of the convex hulls.
 ///
 /// It holds for every pair of shapes and every unit `normal` from a to b, and is the separation itself at a convex
-/// pair's own normal. A pair whose bound at an old normal is over the cutoff needs no separation.
+/// pair's own normal. A pair whose bound at an old normal exceeds the cutoff needs no separation.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
@@ -219,7 +219,7 @@ pub fn bound(a: &Placed, b: &Placed, normal: DVec3) -> f64 {
     normal.dot(b.position - a.position) - Family::of(a).hull(normal) - Family::of(b).hull(-normal)
 }
 
-/// The pair table. Families come in the order of their ranks.
+/// The pair table. Families are in the order of their ranks.
 #[inline]
 fn of_families(delta: DVec3, a: Family, b: Family, warm: Option<DVec3>) -> Option<Separation> {
     match (a, b) {
@@ -246,8 +246,8 @@ fn of_families(delta: DVec3, a: Family, b: Family, warm: Option<DVec3>) -> Optio
     }
 }
 
-/// Whether b comes before a in the fixed order of a pair of one family: by their places, and where those are the same
-/// by bounding radius, orientation and thickness; custom shapes at last by the order in which they were made.
+/// Whether b precedes a in the fixed order of a pair of one family: by position, and for equal positions by bounding
+/// radius, orientation and thickness; for custom shapes finally by the order in which they were created.
 fn out_of_order(delta: DVec3, a: &Placed, b: &Placed) -> bool {
     let key = |p: &Placed| {
         let [x, y, z, w] = p.orientation.to_array();

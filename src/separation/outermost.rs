@@ -21,12 +21,12 @@ pub(crate) fn farthest(shape: &Shape, position: DVec3, orientation: DQuat, from:
     }
 }
 
-/// Halvings of the multiplier's range: more than the bits that a number has.
+/// Halvings of the multiplier's range: more than the bits of a number.
 const HALVINGS: usize = 100;
 
 /// By Lagrange's multiplier: the farthest point `p` has `p - from = (a^2 + m) p / radii^2` with the longest radius `a`
-/// and `m >= 0`, and `p` is on the ellipsoid for one `m` only. Along the longest axes `p` is what the others leave, so
-/// that it is on the ellipsoid also where `from` has no part along them and `m` is 0.
+/// and `m >= 0`, and `p` is on the ellipsoid for exactly one `m`. Along the longest axes `p` follows from the other
+/// components, so that it is on the ellipsoid even if `from` has no component along them and `m` is 0.
 fn farthest_of_ellipsoid(radii: DVec3, from: DVec3) -> f64 {
     let longest = radii.max_element();
     let gap = (DVec3::splat(longest) - radii) * (DVec3::splat(longest) + radii);
@@ -76,7 +76,7 @@ mod tests {
             let near = lying() * DVec3::new(0.004, 0.0, 0.003);
             for from in [DVec3::new(3.0, -1.0, 2.0), DVec3::new(0.0, 0.3, 0.1), near, lying() * DVec3::X, DVec3::ZERO] {
                 let found = farthest(&shape, DVec3::new(1.0, 2.0, 3.0), lying(), from + DVec3::new(1.0, 2.0, 3.0));
-                // The farthest of a body is what its support function says of some direction, and no direction says
+                // The distance of the farthest point is the support function in some direction, and no direction gives
                 // more.
                 let steps = 200;
                 let mut best = 0.0_f64;

@@ -2,27 +2,27 @@
 //!
 //! Across `n` the gradient is `Delta - sum of y` and the Hessian `-(sum of H) - f`, since `n . grad f = f`. It is
 //! negative definite wherever `f > -rho`, with `rho` the sum of the bodies' least radii of curvature: shrink each body
-//! by its ball, and `f + rho` is the same function of the shrunken bodies, concave and positively homogeneous, so that
-//! one maximum at most is above `-rho`. A step that does not raise `f` is shortened.
+//! by its ball, then `f + rho` is the same function of the shrunken bodies, concave and positively homogeneous, so at
+//! most one maximum is above `-rho`. A step that does not raise `f` is shortened.
 //!
-//! It is written over what it asks of a body, [`Supporting`], of which ellipsoids and custom shapes are two.
+//! It is written over the trait [`Supporting`], which ellipsoids and custom shapes implement.
 
 use glam::DVec3;
 
-/// A body about the origin, as far as the maximum depends on it.
+/// A body about the origin: the functions on which the maximum depends.
 pub(super) trait Supporting: Copy {
     /// The support function at a unit normal, and the surface point whose outward normal it is.
     fn value_and_point(self, normal: DVec3) -> (f64, DVec3);
     /// The Hessian across the normal in a tangent basis, as (11, 12, 22), given the value there.
     fn hessian(self, normal: DVec3, value: f64, basis: (DVec3, DVec3)) -> (f64, f64, f64);
-    /// How far it reaches at most.
+    /// Its largest extent from the centre.
     fn size(self) -> f64;
-    /// The largest over the smallest size.
+    /// The ratio of its largest to its smallest size.
     fn aspect(self) -> f64;
 }
 
-/// Steps at most. Over thousands of random poses in contact range none took more than 3 at aspect ratio 2, 12 at 100
-/// and 53 at 1000; deep overlap, from every start, up to 128.
+/// The largest number of steps. Over thousands of random poses in contact range none took more than 3 at aspect ratio
+/// 2, 12 at 100 and 53 at 1000; with deep overlap, from every start, up to 128.
 const MAX_STEPS: usize = 400;
 /// Gradient, as a fraction of the sizes, that is rounding.
 const GRADIENT_FLOOR: f64 = 4e-16;
@@ -30,10 +30,10 @@ const GRADIENT_FLOOR: f64 = 4e-16;
 const VALUE_FLOOR: f64 = 1e-15;
 /// Longest step across the normal: 45 degrees once projected back.
 const LONGEST_STEP: f64 = 1.0;
-/// Least over largest eigenvalue under which a Hessian counts as singular: above the rounding of 1e-16, below the 1e-9
-/// or more of the most slender bodies supported.
+/// Ratio of the smallest to the largest eigenvalue below which a Hessian counts as singular: above the rounding of
+/// 1e-16, below the 1e-9 or more of the most slender bodies supported.
 const DEFINITE: f64 = 1e-13;
-/// What a step that failed is shortened by.
+/// The factor by which a failed step is shortened.
 const SHORTEN: f64 = 0.25;
 
 /// A local maximum: the normal, `f` there, and the bodies' points with that outward normal.
@@ -55,8 +55,8 @@ impl<const N: usize> Peak<N> {
     }
 
     /// Normal of the maximum of the function that bounds `f` from below with squares in place of the `h`, touching at
-    /// this normal: `n ~ (sum of M M^T / h + f)^-1 Delta`. It is exact where this is the maximum, and it gets to the
-    /// right neighbourhood in few steps where Newton would zigzag across the edge of a flat body.
+    /// this normal: `n ~ (sum of M M^T / h + f)^-1 Delta`. It is exact at the maximum, and it reaches the right
+    /// neighbourhood in few steps where Newton would zigzag across the edge of a flat body.
     #[inline]
     pub fn majorized(&self, delta: DVec3, squares: &[glam::DMat3; N]) -> Option<DVec3> {
         let mut matrix = glam::DMat3::from_diagonal(DVec3::splat(self.value.max(0.0)));
@@ -74,8 +74,8 @@ impl<const N: usize> Peak<N> {
     }
 }
 
-/// The Newton step in a tangent basis from gradient and negated Hessian, which is shifted where it is not positive
-/// definite so that the step still climbs.
+/// The Newton step in a tangent basis from the gradient and the negated Hessian, which is shifted if it is not positive
+/// definite, so that the step still ascends.
 #[inline]
 fn newton_step((g1, g2): (f64, f64), (h11, h12, h22): (f64, f64, f64)) -> (f64, f64) {
     let mean = 0.5 * (h11 + h22);
@@ -90,7 +90,7 @@ fn newton_step((g1, g2): (f64, f64), (h11, h12, h22): (f64, f64, f64)) -> (f64, 
     (s1 * scale, s2 * scale)
 }
 
-/// Climbs from `start` (a unit vector) to a local maximum.
+/// Ascends from `start` (a unit vector) to a local maximum.
 pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[impl Supporting; N], start: DVec3) -> Peak<N> {
     let mut peak = Peak::at(delta, bodies, start);
     let size = delta.length() + bodies.iter().map(|b| b.size()).sum::<f64>();
@@ -118,8 +118,8 @@ pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[impl Supporting; N],
     peak
 }
 
-/// The first of the steps 1, 1/4, 1/16 ... that raises `f`, or lowers the gradient where `f` no longer shows a change;
-/// `None` where no step does.
+/// The first of the steps 1, 1/4, 1/16 ... that raises `f`, or lowers the gradient if the change of `f` is rounding;
+/// `None` if no step does.
 #[inline]
 fn advance<const N: usize>(
     delta: DVec3,
@@ -148,8 +148,7 @@ fn advance<const N: usize>(
     }
 }
 
-/// As [`climb`], of one body and over the normals at right angles to the unit vector `axis` alone, of which `start` is
-/// one.
+/// As [`climb`], for one body and only over normals at right angles to the unit vector `axis`, of which `start` is one.
 pub(super) fn climb_across(delta: DVec3, body: impl Supporting, axis: DVec3, start: DVec3) -> Peak<1> {
     let size = delta.length() + body.size();
     let slope_of = |peak: &Peak<1>| axis.cross(peak.normal).dot(delta - peak.points[0]);

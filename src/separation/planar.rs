@@ -1,34 +1,32 @@
 //! Separations of bodies that cannot leave the plane: the maximum of `n . Delta - h_a(n) - h_b(-n)` over normals `n` in
-//! the plane alone.
+//! the plane.
 //!
-//! Where the bodies are apart, or overlap by little, symmetry puts the normal of space in the plane already. Where they
-//! overlap deeply it may not: two rods whose axes cross are pushed apart least along z, which a planar scene has no
-//! unknown for. There the maximum is found over the angle of `n`: local maxima are bracketed by samples and narrowed by
-//! golden section. The normals at right angles to a segment, where `h` has a kink, are samples of their own.
+//! If the bodies are apart, or overlap little, the normal of space is already in the plane by symmetry. If they overlap
+//! deeply it may not be: the shortest separating motion of two rods with crossing axes is along z, for which a planar
+//! scene has no unknown. Then the maximum is computed over the angle of `n`: samples bracket local maxima, and golden
+//! section narrows them. The normals at right angles to a segment, where `h` has a kink, are additional samples.
 //!
-//! Degenerate cases: a normal at right angles to a segment, whose contact point is then the one nearest to the other
-//! body's; equal maxima, of which the first in order of angle is taken.
+//! Degenerate cases: a normal at right angles to a segment, whose contact point is then the one nearest to that of the
+//! other body; equal maxima, of which the first in order of angle counts.
 
 use super::peak::Supporting;
 use super::{Family, Placed, Separation, separation};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// A normal leaning out of the plane by more than this is one that the plane does not have; rounding leaves under
-/// 1e-12.
+/// A normal that leans out of the plane by more than this is not in the plane; rounding gives less than 1e-12.
 const OUT_OF_PLANE: f64 = 1e-3;
 /// Samples of the circle: two ellipses of aspect 20:1 have their maxima over 0.05 rad apart.
 const SAMPLES: usize = 128;
-/// Golden section steps: each takes 0.618 of the bracket, and 60 take 0.1 rad to rounding.
+/// Golden section steps: each leaves 0.618 of the bracket, and 60 reduce 0.1 rad to rounding.
 const STEPS: usize = 60;
-/// A normal is at right angles to a segment when its cosine is below this; golden section places a kink within
-/// rounding.
+/// A normal is at right angles to a segment if its cosine is below this; golden section locates a kink within rounding.
 const RIGHT_ANGLE: f64 = 1e-9;
 
 /// The separation of two bodies of a planar scene, as [`separation`], its normal in the x-y plane.
 ///
-/// Rings lie as [`separation`] puts them: where their circles cross in the plane, no normal in the plane is defined and
-/// the one along z is kept.
+/// Rings have the separation of [`separation`]: if their circles cross in the plane, no normal in the plane is defined,
+/// and the one along z is kept.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
@@ -112,7 +110,7 @@ fn golden_section(value: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f6
 fn contact_points(delta: DVec3, [a, b]: &[Family; 2], normal: DVec3) -> (DVec3, DVec3) {
     let (free_a, free_b) = (is_free(a, normal), is_free(b, normal));
     let (mut from, mut to) = (support_point(a, normal), support_point(b, -normal));
-    // A segment at right angles to the normal touches all along: take its point nearest to the other's.
+    // A segment at right angles to the normal touches along its length: take its point nearest to the other's.
     if let (true, Family::Segment(segment, radius)) = (free_a, a) {
         let along = (delta + to).dot(segment.axis).clamp(-segment.half, segment.half);
         from = along * segment.axis + *radius * normal;
@@ -157,8 +155,8 @@ mod tests {
 
     #[test]
     fn crossing_rods_are_pushed_apart_in_the_plane() {
-        // A rod along x, crossed at a right angle 0.4 above its centre: least to push along y is 1.25 - 0.4 and both
-        // radii.
+        // A rod along x, crossed at a right angle 0.4 above its centre: the shortest separating motion, along y, is
+        // 1.25 - 0.4 plus both radii.
         let (a, b) = (rod(0.0, 0.0, 0.0), rod(0.0, 0.4, 0.5 * PI));
         assert!(separation(&a, &b, None).is_some_and(|found| found.normal.z.abs() > 0.9));
         let found = planar_separation(&a, &b, None).expect("rods");

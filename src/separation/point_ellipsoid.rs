@@ -1,21 +1,21 @@
-//! A point and an ellipsoid, or an ellipse: the outward normal of the nearest surface point, from inside as well, and
-//! of the farthest.
+//! A point and an ellipsoid or an ellipse: the outward normal at the nearest surface point, also from inside, and at
+//! the farthest.
 //!
 //! The nearest point `y` satisfies `p = y + t y / a^2` for the largest root `t` of `sum (a_i p_i / (t + a_i^2))^2 = 1`,
 //! and the normal is along `p_i / (t + a_i^2)` (D. Eberly, "Distance from a point to an ellipse, an ellipsoid, or a
-//! hyperellipsoid"). With `tau = t + a_min^2` as the unknown nothing cancels near the pole. The reciprocal of the root
-//! of the sum is concave and nearly linear in `tau`, so Newton's method on it climbs to the root from below without a
-//! safeguard (J. More and D. Sorensen, SIAM J. Sci. Stat. Comput. 4, 553, 1983). This finds the nearest point of all,
-//! however deep the point is.
+//! hyperellipsoid"). With `tau = t + a_min^2` as the unknown there is no cancellation near the pole. The reciprocal of
+//! the root of the sum is concave and nearly linear in `tau`, so Newton's method on it climbs to the root from below
+//! without a safeguard (J. More and D. Sorensen, SIAM J. Sci. Stat. Comput. 4, 553, 1983). This finds the globally
+//! nearest point at any depth.
 //!
-//! The farthest point satisfies the same equation with its least root, `t` under `-a_max^2`. With `tau = -t - a_max^2`
-//! it is the same problem, its poles at `a_max^2 - a_i^2` and the normal turned round.
+//! The farthest point satisfies the same equation with its smallest root, `t` below `-a_max^2`. With `tau = -t -
+//! a_max^2` it is the same problem, with poles at `a_max^2 - a_i^2` and the opposite normal.
 //!
 //! Degenerate case: a point with no component along the least (greatest) axis and within the focal set has two nearest
-//! (farthest) points, or a whole circle of them, or the sphere: the nearest on the positive, the farthest on the
-//! negative side of the first such axis is taken.
+//! (farthest) points, or a circle of them, or the sphere: the result is the nearest on the positive, or the farthest on
+//! the negative side of the first such axis.
 
-/// Steps at most; over thousands of random poses none took more than 20, at aspect ratios up to 1000.
+/// The largest number of steps; over thousands of random poses none took more than 20, at aspect ratios up to 1000.
 const MAX_STEPS: usize = 100;
 
 /// The unit normal at the surface point nearest to `p`, in the ellipsoid's own axes.
@@ -24,8 +24,8 @@ pub(super) fn normal<const N: usize>(radii: [f64; N], p: [f64; N]) -> [f64; N] {
     along_poles(radii, p, radii.map(|a| (a - least) * (a + least)))
 }
 
-/// The unit normal at the surface point farthest from `p`, in the ellipsoid's own axes. Radii but the greatest may be
-/// zero: of an ellipse seen from its side.
+/// The unit normal at the surface point farthest from `p`, in the ellipsoid's own axes. All radii except the largest
+/// may be zero: an ellipse seen edge-on.
 pub(super) fn farthest_normal<const N: usize>(radii: [f64; N], p: [f64; N]) -> [f64; N] {
     let greatest = radii.iter().copied().fold(0.0, f64::max);
     along_poles(radii, p, radii.map(|a| (greatest - a) * (greatest + a))).map(|n| -n)
@@ -74,9 +74,8 @@ fn sums<const N: usize>(radii: [f64; N], p: [f64; N], excess: [f64; N], tau: f64
     (sum, slope)
 }
 
-/// The nearest (or farthest) point of a point on the focal set: the other components are at the pole, and what is left
-/// to reach the surface goes along the first least (or greatest) axis, to the side that the point leans to, else the
-/// positive one.
+/// The nearest (or farthest) point for a point on the focal set: the other components have `tau` at the pole, and the
+/// remaining component is along the first shortest (or longest) axis, on the point's side, else on the positive one.
 fn on_focal_set<const N: usize>(radii: [f64; N], p: [f64; N], excess: [f64; N], flat: f64) -> [f64; N] {
     let mut n = [0.0; N];
     let mut open = true;

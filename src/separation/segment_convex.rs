@@ -1,14 +1,14 @@
 //! A custom shape and a thickened point or segment: the largest `n . Delta - h(n) - half |n . u| - radius` over unit
 //! normals.
 //!
-//! Either the normal is across the segment, and the place on it is where the body's point is; or the contact is at an
-//! end, and it is that of a point and the body. The distance of a point from the body, negative inside, is the largest
-//! of linear functions, so it is convex along the segment's line: where its least is beyond an end, that end is
-//! nearest. That least is the separation as long as the body, shrunk by a ball that rolls inside of it, does not reach
-//! the centreline (see `peak`): the centreline may be inside by the least radius of curvature. Deeper, all local maxima
-//! that fixed starts lead to are compared, across the segment and at both ends.
+//! Either the normal is across the segment, and the position on it is that of the body's point; or the contact is at an
+//! end, and is that of a point and the body. The distance of a point from the body, negative inside, is a maximum of
+//! linear functions, so it is convex along the segment's line: if its minimum is beyond an end, that end is nearest.
+//! The minimum is the separation as long as the body, shrunk by a ball that rolls inside it, does not reach the
+//! centreline (see `peak`): the centreline may be inside by the least radius of curvature. At larger depth, all local
+//! maxima from fixed starts are compared, across the segment and at both ends.
 //!
-//! Degenerate cases: a point at the centre, or a line through it (fixed directions to start from); equal maxima (the
+//! Degenerate cases: a point at the centre, or a line through it (fixed starts); equal maxima (the
 //! first in the order of starts).
 
 use super::Separation;
@@ -40,7 +40,7 @@ pub(super) fn of_point(p: DVec3, body: Posed) -> Peak<1> {
     highest(p, &[body], starts).unwrap_or(peak)
 }
 
-/// The maximum and the place on the segment.
+/// The maximum and the position on the segment.
 fn nearest(delta: DVec3, body: Posed, segment: Segment) -> (Peak<1>, f64) {
     if segment.half == 0.0 {
         return (of_point(delta, body), 0.0);
@@ -64,12 +64,12 @@ fn nearest(delta: DVec3, body: Posed, segment: Segment) -> (Peak<1>, f64) {
     deepest(delta, body, segment)
 }
 
-/// Whether an end is the least far along the normal of the whole segment, as at a maximum it must be.
+/// Whether an end has the smallest coordinate along the normal of the whole segment, as required at a maximum.
 fn is_nearest(peak: &Peak<1>, end: f64, segment: Segment) -> bool {
     end * peak.normal.dot(segment.axis) <= 0.0
 }
 
-/// The highest of all peaks that fixed starts lead to.
+/// The highest of all peaks from fixed starts.
 fn deepest(delta: DVec3, body: Posed, segment: Segment) -> (Peak<1>, f64) {
     let tie = TIE * (delta.length() + body.size() + segment.half);
     let across = highest_across(delta, body, segment.axis);

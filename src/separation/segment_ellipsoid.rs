@@ -2,12 +2,12 @@
 //! normals.
 //!
 //! Either the normal is across the segment, and then it is that of a point and the ellipse that is the ellipsoid's
-//! shadow along the segment; or the contact is at an end, and then it is that of a point and the ellipsoid. Both are
-//! one root (`point_ellipsoid`), no start is needed, and at most two are computed: the distance along the segment's
-//! line is convex, so where its nearest point lies beyond an end, that end is nearest.
+//! shadow along the segment; or the contact is at an end, and then it is that of a point and the ellipsoid. Each case
+//! is one root (`point_ellipsoid`) without a start, and at most two are computed: the distance along the segment's line
+//! is convex, so if its nearest point is beyond an end, that end is nearest.
 //!
-//! Degenerate cases: a segment so deep that the distance along it is no longer smooth (all candidates are compared, the
-//! first of equal ones is taken); a point or a line through the centre (see `point_ellipsoid`).
+//! Degenerate cases: a segment so deep that the distance along it is no longer smooth (all candidates are compared; the
+//! first among equals counts); a point or a line through the centre (see `point_ellipsoid`).
 
 use super::Separation;
 use super::peak::{Supporting, climb};
@@ -50,7 +50,7 @@ fn nearest(delta: DVec3, body: Support, segment: Segment) -> Candidate {
     deepest(delta, body, segment, across)
 }
 
-/// A normal with the ellipsoid's point, the place on the segment, and the distance along the normal between them.
+/// A normal with the ellipsoid's point, the position on the segment, and the distance along the normal between them.
 #[derive(Clone, Copy)]
 struct Candidate {
     normal: DVec3,
@@ -60,7 +60,7 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// A normal across the axis. The place is on the segment's line, and may lie beyond an end.
+    /// A normal across the axis. The position is on the segment's line, and may be beyond an end.
     #[inline]
     fn across(delta: DVec3, body: Support, segment: Segment, normal: DVec3) -> Candidate {
         let (height, point) = body.value_and_point(normal);
@@ -68,21 +68,22 @@ impl Candidate {
         Candidate { normal, point, at, value: normal.dot(delta) - height }
     }
 
-    /// A normal with a given place.
+    /// A normal with a given position.
     #[inline]
     fn at(delta: DVec3, body: Support, segment: Segment, normal: DVec3, at: f64) -> Candidate {
         let (height, point) = body.value_and_point(normal);
         Candidate { normal, point, at, value: normal.dot(delta + segment.axis * at) - height }
     }
 
-    /// Whether a place at an end is the least far along the normal of the whole segment, as at a maximum it must be.
+    /// Whether an end has the smallest coordinate along the normal of the whole segment, as required at a maximum.
     #[inline]
     fn is_nearest(self, segment: Segment) -> bool {
         self.at * self.normal.dot(segment.axis) <= 0.0
     }
 }
 
-/// The largest of all local maxima: across the line, at both ends, and what the ellipsoid's axes lead to at both ends.
+/// The largest of all local maxima: across the line, at both ends, and at both ends from starts along the ellipsoid's
+/// axes.
 fn deepest(delta: DVec3, body: Support, segment: Segment, across: Candidate) -> Candidate {
     let tie = TIE * (delta.length() + body.radii.max_element() + segment.half);
     let mut best = Candidate { at: across.at.clamp(-segment.half, segment.half), ..across };

@@ -1,12 +1,12 @@
-//! Points and segments: the nearest points of two segments, of which a point is the case of no length.
+//! The nearest points of two segments; a point is a segment of zero length.
 //!
 //! The squared distance of `s u_a` and `Delta + t u_b` is a convex quadratic in (s, t). Its minimum over the strip `|s|
-//! <= half_a` has `s` at the foot of the common perpendicular, held to the segment; with `t` best for that `s` and
-//! held, and `s` best for that `t` and held, the result is the minimum over the box (D. Eberly, "Robust computation of
-//! distance between line segments"; C. Ericson, "Real-time collision detection", 5.1.9). The foot is computed from the
-//! cross product of the axes, not from `1 - cos^2`, so it keeps its digits for nearly parallel axes.
+//! <= half_a` has `s` at the foot of the common perpendicular, clamped to the segment; with `t` optimal for that `s`
+//! and clamped, and `s` optimal for that `t` and clamped, the result is the minimum over the box (D. Eberly, "Robust
+//! computation of distance between line segments"; C. Ericson, "Real-time collision detection", 5.1.9). The foot is
+//! computed from the cross product of the axes, not from `1 - cos^2`, so it keeps its digits for nearly parallel axes.
 //!
-//! Degenerate cases: a segment of no length; parallel axes (`middle_of_shared`); crossing segments and points that
+//! Degenerate cases: a segment of zero length; parallel axes (`middle_of_shared`); crossing segments and points that
 //! coincide (`meeting`).
 
 use super::Nearest;
@@ -21,11 +21,11 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// The segment of no length.
+    /// The segment of zero length.
     pub const POINT: Segment = Segment { axis: DVec3::ZERO, half: 0.0 };
 }
 
-/// Sine of the angle under which axes count as parallel and the contact point moves to the middle of the shared
+/// Sine of the angle below which axes count as parallel and the contact point moves to the middle of the shared
 /// interval. At this angle the ends of segments 1000 diameters long differ by 1e-9 diameters, so that the points still
 /// agree with the separation to 1e-9; quaternions are rounded to 1e-16, far inside.
 const PARALLEL_SINE: f64 = 1e-12;
@@ -52,7 +52,7 @@ pub(super) fn nearest(delta: DVec3, a: Segment, b: Segment) -> Nearest {
     Nearest { from: a.axis * s, to: b.axis * t, normal, distance }
 }
 
-/// Whether the common perpendicular of two segments ends inside of both.
+/// Whether the common perpendicular of two segments ends inside both.
 pub(super) fn cross_inside(delta: DVec3, a: Segment, b: Segment) -> bool {
     let cross = a.axis.cross(b.axis);
     let sine2 = cross.length_squared();
@@ -64,9 +64,9 @@ pub(super) fn cross_inside(delta: DVec3, a: Segment, b: Segment) -> bool {
     s.abs() < a.half && t.abs() < b.half
 }
 
-/// Where the axes are parallel, every point of the interval in which the segments face each other is nearest: take its
-/// middle. The step from the nearest point of nearly parallel axes, which jumps from end to end as the angle changes
-/// sign, to that middle is a smooth function of the angle.
+/// If the axes are parallel, every point of the interval in which the segments face each other is nearest: take its
+/// middle. The nearest point of nearly parallel axes jumps from end to end as the angle changes sign; the transition
+/// from it to the middle is a smooth function of the angle.
 fn middle_of_shared(
     along_a: f64,
     along_b: f64,

@@ -1,4 +1,4 @@
-//! The support function of an ellipsoid in space and its derivatives, written so that nothing cancels.
+//! The support function of an ellipsoid in space and its derivatives, without cancellation.
 //!
 //! With `M = R diag(radii)`: `h(n) = |M^T n|`, the contact point is `M M^T n / h`, and the Hessian across `n` follows
 //! from the cofactors of `M`: for tangents `e_1, e_2` and `K = diag(bc, ca, ab) R^T`, `H_11 = |K e_2|^2 / h^3`, `H_12 =
@@ -43,7 +43,7 @@ impl Support {
         m * m.transpose()
     }
 
-    /// The least radius of curvature anywhere: a ball of this radius rolls freely inside.
+    /// The smallest radius of curvature: a ball of this radius rolls freely inside.
     #[inline]
     pub fn least_curvature_radius(self) -> f64 {
         let least = self.radii.min_element();

@@ -1,18 +1,18 @@
-//! A body and a fixed surface that it must stay on one side of: the gap at the body's point that reaches farthest
+//! A body and a fixed surface on one side of which it must stay: the gap at the body's point that reaches farthest
 //! towards the surface.
 //!
-//! Towards a plane that is the support function at the plane's outward normal. Inside of a sphere or a cylinder it is
-//! the body's point farthest from the centre or the axis: an end of a segment; the point of a circle opposite to the
-//! centre; of an ellipsoid the root of a secular equation (`point_ellipsoid`); of a custom shape a search (`farthest`).
-//! Across a cylinder's axis, ellipsoids and circles are seen as ellipses. At the farthest point the body's normal is
-//! the surface's, so the gap changes with the body's motion as that point's does, to first order.
+//! Towards a plane this follows from the support function at the plane's outward normal. Inside a sphere or a cylinder
+//! it is the body's point farthest from the centre or the axis: for a segment an end; for a circle the point opposite
+//! to the centre; for an ellipsoid the root of a secular equation (`point_ellipsoid`); for a custom shape a search
+//! (`farthest`). Across a cylinder's axis, ellipsoids and circles project to ellipses. At the farthest point the body's
+//! normal is the surface's, so to first order the gap changes with the body's motion like that point's.
 //!
-//! A body can touch in several places at once. Segments, and circles towards planes and in spheres, are looked at in
-//! several (`places`), each with an exact gap of its own; the least is the body's separation.
+//! A body can touch in several places at once. Segments, and circles towards planes and in spheres, have several
+//! (`places`), each with its own exact gap; the smallest is the body's separation.
 //!
-//! Degenerate cases, each but for rounding: a point at the centre or on the axis (a fixed direction, across the axis);
-//! a point of a body that several are as far as (`point_ellipsoid`, the first direction of a circle); a circle parallel
-//! to a plane, all of which touches (its first direction); a circle coaxial with a cylinder (a fixed direction across).
+//! Degenerate cases, each up to rounding: a point at the centre or on the axis (a fixed direction, across the axis);
+//! several farthest points (`point_ellipsoid`, the first direction of a circle); a circle parallel to a plane, which
+//! touches everywhere (its first direction); a circle coaxial with a cylinder (a fixed direction across).
 
 #[cfg(feature = "gpu")]
 pub(super) mod gpu;
@@ -28,10 +28,10 @@ use super::{Family, Placed, Separation, farthest};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// A fixed surface and the side of it that bodies stay on.
+/// A fixed surface with the side on which bodies stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
-    /// The side of a plane that `normal` points to.
+    /// The side of a plane to which `normal` points.
     Plane {
         /// A point of the plane.
         point: DVec3,
@@ -45,7 +45,7 @@ pub enum Surface {
         /// Its radius.
         radius: f64,
     },
-    /// The inside of a cylinder without ends.
+    /// The inside of an infinite cylinder.
     Cylinder {
         /// A point of its axis.
         centre: DVec3,
@@ -56,10 +56,10 @@ pub enum Surface {
     },
 }
 
-/// Places of a circle that are looked at towards a plane or in a sphere: the farthest, and two a third of the way round
-/// from it, so that a ring that lies flat stands on three points. With the farthest alone, six rings that fall onto a
-/// floor take 69 recursions in 120 steps and not 1, in a sphere 170 and not 40; in a tube further places save none. Six
-/// rods with one end alone take 91 and not 15.
+/// The places of a circle towards a plane or in a sphere: the farthest, and those a third of the circle to either side,
+/// so that a flat ring rests on three points. With the farthest alone, six rings that fall onto a floor take 69
+/// recursions in 120 steps instead of 1, in a sphere 170 instead of 40; in a tube further places save none. Six rods
+/// with only one end take 91 instead of 15.
 const PLACES_OF_CIRCLE: u32 = 3;
 
 impl Surface {
@@ -69,13 +69,13 @@ impl Surface {
         self.gap(body.position).0 - body.shape.bounding_radius()
     }
 
-    /// How far a point is from the surface, on the side that bodies stay on; negative past it.
+    /// The distance of a point from the surface, positive on the side of the bodies, negative beyond it.
     #[inline]
     pub fn height(&self, at: DVec3) -> f64 {
         self.gap(at).0
     }
 
-    /// The separation of a body: its least gap, where it is attained, and the normal from the body to the surface.
+    /// The separation of a body: its smallest gap, where it is attained, and the normal from the body to the surface.
     /// `lever_b` is zero.
     ///
     /// ```
@@ -101,8 +101,8 @@ impl Surface {
         least
     }
 
-    /// The gaps of all places of a body that are looked at, numbered: both ends of a rod, and of a ring towards a plane
-    /// or in a sphere three places.
+    /// The gaps of all places of a body, numbered: both ends of a rod, three places of a ring towards a plane or in a
+    /// sphere, one for other bodies.
     pub fn places(&self, body: &Placed, mut found: impl FnMut(u32, Separation)) {
         match Family::of(body) {
             Family::Segment(Segment { half: 0.0, .. }, radius) => {
@@ -145,7 +145,7 @@ impl Surface {
     fn gap(&self, at: DVec3) -> (f64, DVec3) {
         match *self {
             Surface::Plane { point, normal } => (normal.dot(at - point), -normal),
-            // At the centre any direction is as good. This one lies in the plane of a planar scene.
+            // At the centre all directions are equal. This one lies in the plane of a planar scene.
             Surface::Sphere { centre, radius } => out_of(at - centre, radius, || DVec3::X),
             Surface::Cylinder { centre, axis, radius } => {
                 out_of(across(at - centre, axis).unwrap_or(DVec3::ZERO), radius, || perpendicular(axis))
@@ -153,9 +153,9 @@ impl Surface {
         }
     }
 
-    /// The direction from a circle's centre to its point that reaches farthest, in the two directions of its plane: so
-    /// that the point is on the circle, however badly the direction is known where the circle is nearly parallel to a
-    /// plane.
+    /// The direction from a circle's centre to its point that reaches farthest, as a combination of the two directions
+    /// of its plane: so the point is on the circle even if a circle nearly parallel to a plane determines the direction
+    /// badly.
     fn farthest_of_circle(&self, position: DVec3, circle: &Circle) -> DVec2 {
         let along = |v: DVec3| {
             let seen = DVec2::new(v.dot(circle.first), v.dot(circle.second));
@@ -165,7 +165,8 @@ impl Surface {
             Surface::Plane { normal, .. } => along(-normal),
             Surface::Sphere { centre, .. } => along(position - centre),
             Surface::Cylinder { centre, axis, .. } => {
-                // Across the axis the circle is an ellipse: as wide as it is, and as high as it leans towards the axis.
+                // Across the axis the circle projects to an ellipse: as wide as the circle, and as high as its tilt
+                // towards the axis.
                 let lean = circle.axis.dot(axis).abs();
                 let wide = normal_to(axis, circle.axis).unwrap_or(perpendicular(axis));
                 let high = axis.cross(wide);
@@ -193,7 +194,7 @@ impl Surface {
         }
     }
 
-    /// The same of a custom shape.
+    /// The same for a custom shape.
     fn farthest_of_convex(&self, position: DVec3, posed: Posed) -> DVec3 {
         match *self {
             Surface::Plane { normal, .. } => -normal,
@@ -203,29 +204,29 @@ impl Surface {
     }
 }
 
-/// How far a body reaches from its centre along `normal` at one of the [places](Surface::places) that it touches a
-/// surface in, whose normal there is `normal`.
+/// The reach of a body from its centre along `normal` at one of the [places](Surface::places) where it touches a
+/// surface, whose normal there is `normal`.
 pub(crate) fn reach_of_place(body: &Placed, place: u32, normal: DVec3) -> f64 {
     match Family::of(body) {
         Family::Segment(Segment { axis, half }, radius) => {
             let end = if place == 0 { -half } else { half };
             end * axis.dot(normal) + radius
         }
-        // Where other places than the farthest touch too, the circle lies flat, and they reach as far as it does.
+        // If places other than the farthest touch too, the circle is flat, and they reach as far as the farthest.
         Family::Circle(circle, radius) => circle.radius * circle.axis.cross(normal).length() + radius,
         Family::Ellipsoid(support) => support.value(normal),
         Family::Convex(posed) => posed.value(normal),
     }
 }
 
-/// The gap of a point at `from` the centre inside of `radius`, and the direction outwards.
+/// The gap of a point at the offset `from` from the centre inside `radius`, and the outward direction.
 #[inline]
 fn out_of(from: DVec3, radius: f64, otherwise: impl Fn() -> DVec3) -> (f64, DVec3) {
     let distance = from.length();
     (radius - distance, if distance > 0.0 { from / distance } else { otherwise() })
 }
 
-/// The semi-axes of the ellipse that an ellipsoid is seen as along `axis`, and their directions.
+/// The semi-axes of the ellipse to which an ellipsoid projects along `axis`, and their directions.
 ///
 /// With `M` the ellipsoid's axes times its radii, the ellipse's support function at `n` is `|M^T n|`: its axes are
 /// those turned tangents whose images under `M^T` are at right angles (one step of Jacobi's method), so that a flat

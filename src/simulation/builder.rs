@@ -1,4 +1,4 @@
-//! What a simulation starts from, and what computes it.
+//! The initial state and the backend of a simulation.
 
 use super::{Compute, Simulation};
 use crate::bodies::Bodies;

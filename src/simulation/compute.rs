@@ -1,4 +1,4 @@
-//! What computes the steps: the CPU or a device.
+//! The backend of the steps: the CPU or a device.
 
 #[cfg(feature = "mpi")]
 use super::Together;
@@ -15,7 +15,7 @@ use crate::step::{Contact, Fault, State, Stepper, contacts};
 use crate::walls::{WallContact, Walls};
 use std::sync::Arc;
 
-/// What computes the steps.
+/// The backend of the steps.
 #[derive(Clone, Default)]
 #[non_exhaustive]
 pub enum Compute {
@@ -60,7 +60,7 @@ impl Compute {
         lcp::gpu::Solver::check(scene.solver.kind)
     }
 
-    /// Checks that devices support a scene: there are none.
+    /// Checks that devices support a scene; without the feature there are none.
     ///
     /// # Errors
     /// [`GpuError::NotBuilt`], always.

@@ -1,7 +1,7 @@
 //! The region where a simulation starts, and the check that no body runs away from it.
 //!
-//! A body a million thicknesses away was driven there by a force that grows with the distance, or by steps too long for
-//! the forces. Without the check such a run would never end, and its numbers would mean nothing.
+//! A body a million thicknesses away was driven there by a force that grows with the distance, or by steps that are too
+//! long for the forces. Without the check such a run would continue with meaningless numbers.
 
 use crate::bodies::Bodies;
 use crate::step::Fault;

@@ -27,24 +27,24 @@ use initial_region::InitialRegion;
 use leaving::Leaving;
 use std::mem::discriminant;
 
-/// Steps of at least this many bodies run on a thread of the pool. Steps of fewer have no parallel loop. Entering the
-/// pool takes 13 microseconds, four times a step of two bodies. Calling the loops of 1,024 cells from outside takes an
-/// eighth of their step.
+/// Steps of at least this many bodies run on a thread of the pool; steps of fewer bodies have no parallel loop.
+/// Entering the pool takes 13 microseconds, four times the time of a step of two bodies. Calling the loops of 1,024
+/// cells from outside takes an eighth of their step.
 const LEAST_BODIES_IN_POOL: usize = 256;
 
-/// What a simulation knows of all bodies at the start.
+/// The global data of a simulation at the start.
 #[derive(Clone, Copy)]
 struct Beginning {
     cutoff: f64,
     /// Whether to separate overlapping bodies before the first step.
     parts_first: bool,
-    /// How many bodies were removed before.
+    /// The number of bodies removed before.
     removed: u64,
     region: InitialRegion,
 }
 
 impl Beginning {
-    /// In this state.
+    /// The data of this state.
     fn of(state: &State, cutoff: f64, parts_first: bool) -> Self {
         Beginning { cutoff, parts_first, removed: state.removed.iter().sum(), region: InitialRegion::of(&state.bodies) }
     }
@@ -162,12 +162,12 @@ impl Simulation {
     /// The state after the last accepted step. On a device it is read at the first call after a step.
     ///
     /// # Errors
-    /// [`Fault::Device`] where the device does not answer.
+    /// [`Fault::Device`] if the device does not respond.
     pub fn state(&self) -> Result<&State, Fault> {
         self.backend.state()
     }
 
-    /// Accepted steps, with those before a resumption.
+    /// Accepted steps, including those before a resumption.
     pub fn steps(&self) -> u64 {
         self.backend.steps()
     }
@@ -177,7 +177,7 @@ impl Simulation {
         self.backend.bodies()
     }
 
-    /// The precision that it is computed in.
+    /// The precision of the computation.
     pub fn precision(&self) -> Precision {
         self.backend.precision()
     }
@@ -207,7 +207,7 @@ impl Simulation {
         self.leaving.as_ref().map_or(&[], Leaving::ended)
     }
 
-    /// How many bodies the scene's `removal` has removed, with those before a resumption.
+    /// The number of bodies that the scene's `removal` has removed, including those before a resumption.
     pub fn removed(&self) -> u64 {
         self.leaving.as_ref().map_or(0, Leaving::removed)
     }
@@ -253,7 +253,7 @@ impl Simulation {
         left.map_or(Ok(()), Err)
     }
 
-    /// The LCPs that the scene's `solver.dump` selects, of the steps since the last call, a failed step included.
+    /// The LCPs that the scene's `solver.dump` selects, of the steps since the last call, including a failed step.
     pub fn take_lcps(&mut self) -> Vec<SavedLcp> {
         self.keep.take()
     }

@@ -1,19 +1,19 @@
 //! Tunnelling: pairs of bodies that pass through each other within a step.
 //!
-//! A test of the end positions alone misses a pair that ends on the far sides of each other without overlap. So the
-//! path itself, `C(s U)` for `s` from 0 to 1, is looked at where a pair moves far enough for it: a pair has *passed*
-//! where its surfaces overlap somewhere on the way by three quarters of the thinner body's thickness more than at both
-//! ends. Two equal spheres that slide around each other in one step come so deep beyond a turn of 151 degrees. To get
-//! that much deeper and out again the two must move by one and a half thicknesses relative to each other, so most steps
-//! are done with one look at the speeds.
+//! A test of the end positions alone misses a pair that ends on the far sides of each other without overlap. So for
+//! pairs that move far enough, the path itself is checked, `C(s U)` for `s` from 0 to 1: a pair has *passed* if its
+//! surfaces overlap somewhere on the path by three quarters of the thinner body's thickness more than at both ends. Two
+//! equal spheres that slide around each other in one step reach this depth beyond a turn of 151 degrees. To get that
+//! much deeper and out again, the two must move by one and a half thicknesses relative to each other, so for most steps
+//! a check of the speeds suffices.
 //!
-//! The depth changes by no more than what the surfaces move relative to each other, which bounds it between two places
-//! of the way (S. A. Piyavskii, "An algorithm for finding the absolute extremum of a function", 1972); a part of the
-//! way that cannot reach the bar is left out.
+//! The depth changes by at most the relative motion of the surfaces, which bounds it between two points of the path (S.
+//! A. Piyavskii, "An algorithm for finding the absolute extremum of a function", 1972); parts of the path that cannot
+//! reach the threshold are skipped.
 //!
-//! A pair counts as passed too where one of the two turns by more than a whole turn in the step within the other's
-//! reach. Constraints take a turn as straight motion, so after such a step nothing is known of the way: bodies may be
-//! thrown apart by many lengths without any overlap.
+//! A pair also counts as passed if one of the two turns by more than a whole turn in the step within the other's reach.
+//! Constraints linearize rotations, so after such a step the path has no meaning: bodies may be thrown apart by many
+//! lengths without any overlap.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
@@ -23,19 +23,18 @@ use crate::separation::{Placed, Separation};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// How much deeper than at both ends of the way a pair that passes is somewhere on it, as a part of the thinner body's
-/// thickness: at 1 two equal spheres, or two crossing rods, have their middles in one place. Of the hard cases (`relcp
-/// study hard`) those that come so deep at all come to 0.9 of it, so every threshold between 0.5 and 0.9 detects the
-/// same steps.
+/// The threshold of the depth on the path beyond that at both ends, as a part of the thinner body's thickness: at 1 the
+/// middles of two equal spheres, or of two crossing rods, coincide. In the hard cases (the study `hard`), pairs that
+/// reach 0.5 at all reach 0.9, so every threshold between 0.5 and 0.9 detects the same steps.
 pub(crate) const DEEPER: f64 = 0.75;
 
-/// A part of the way on which a pair moves by less than this part of the thinner body's thickness is not divided: what
-/// is missed is deeper than the bar by half of it at most.
+/// A part of the path on which a pair moves by less than this part of the thinner body's thickness is not divided: a
+/// missed depth exceeds the threshold by at most half of it.
 const FINEST: f64 = 0.125;
 
-/// A body that turns by more than this angle in a step has constraints without meaning. Twenty rods of three to one
-/// that each turn by 1.6 in a step stay within the ball that they fill; by 100 they end up to 26 of its radii out
-/// (`benches/peers/run --atlas`).
+/// The constraints of a body that turns by more than this angle in a step have no meaning. Twenty rods of aspect 3 that
+/// each turn by 1.6 in a step stay within the ball that they fill; with a turn of 100 they end up to 26 of its radii
+/// outside (`benches/peers/run --atlas`).
 const WHOLE_TURN: f64 = std::f64::consts::TAU;
 
 /// The pairs that passed in a step.
@@ -47,9 +46,9 @@ pub struct Passed {
     pub pair: [usize; 2],
 }
 
-/// The pairs of bodies that pass each other where all move from `start` for `dt` with the constant velocities `twist`;
-/// none where no pair does. `separate` is a pair's separation, in space or in the plane. In periodic space a pair is
-/// looked at through its image that is nearest at the start, in a sheared cell with that image's velocity.
+/// The pairs of bodies that pass each other if all move from `start` for `dt` with the constant velocities `twist`;
+/// none if no pair does. `separate` is the separation of a pair, in space or in the plane. In periodic space the image
+/// that is nearest at the start counts, in a sheared cell with its velocity.
 pub fn passed(
     start: &Bodies,
     twist: &[Twist],
@@ -86,13 +85,13 @@ fn ways<'a>(
     })
 }
 
-/// What a point of a surface moves by at most, and the thickness of the thinnest body.
+/// The largest displacement of a surface point, and the thickness of the thinnest body.
 fn extremes(ways: &[Way]) -> [f64; 2] {
     let thinnest = ways.iter().map(|way| way.thickness).fold(f64::INFINITY, f64::min);
     [ways.iter().map(|way| way.motion).fold(0.0, f64::max), thinnest]
 }
 
-/// What a point of a surface of these bodies moves by at most, and the thickness of the thinnest, as in [`passed`].
+/// The largest displacement of a surface point of these bodies, and the thickness of the thinnest, as in [`passed`].
 #[cfg(feature = "mpi")]
 pub(crate) fn farthest_and_thinnest(
     start: &Bodies,
@@ -102,22 +101,22 @@ pub(crate) fn farthest_and_thinnest(
     extremes(&ways(start, twist, interval_and_shear).collect::<Vec<_>>())
 }
 
-/// Whether two bodies can pass where no point of a surface moves by more than `farthest` and no body is thinner than
+/// Whether two bodies can pass if no surface point moves by more than `farthest` and no body is thinner than
 /// `thinnest`.
 pub(crate) fn may_pass(farthest: f64, thinnest: f64) -> bool {
     farthest >= DEEPER * thinnest
 }
 
-/// A body's way through a step.
+/// A body's path through a step.
 struct Way {
     from: Placed,
     twist: Twist,
     dt: f64,
-    /// What a point of the surface moves by, at most.
+    /// The largest displacement of a surface point.
     motion: f64,
     radius: f64,
     thickness: f64,
-    /// What of the motion is the difference of a flow.
+    /// The part of the motion from the difference of a flow over the body.
     drifts: f64,
 }
 
@@ -129,8 +128,8 @@ impl Way {
         way
     }
 
-    /// The way beside the flow of a sheared cell, at the place of the start. What that flow differs by over the body is
-    /// in its motion: two that meet are no farther apart.
+    /// The path relative to the flow of a sheared cell at the start position. The difference of that flow over the body
+    /// is part of its motion: two bodies that meet are no farther apart.
     fn beside(mut self, shear: CellShear) -> Way {
         self.twist.linear -= shear.velocity(self.from.position);
         self.drifts = self.dt * shear.rate.abs() * self.radius;
@@ -138,29 +137,29 @@ impl Way {
         self
     }
 
-    /// What the turn over the part `s` of the way moves a point of the surface by, at most: however fast, it is less
-    /// than half a turn.
+    /// The largest displacement of a surface point by the rotation over the part `s` of the path; the rotation is less
+    /// than half a turn at any speed.
     fn arc(&self, s: f64) -> f64 {
         self.radius * 2.0 * (0.5 * s * self.dt * self.twist.angular.length()).atan()
     }
 
-    /// Whether it turns so far that constraints, which take the turn as straight motion, have no meaning: by more than
-    /// a whole turn, with a lever that makes of this more than a pair must move by to pass. The normals of a sphere
-    /// have no lever.
+    /// Whether the body turns so far that constraints, which linearize rotations, have no meaning: by more than a whole
+    /// turn, with a lever that gives a larger displacement than a pair needs to pass. The normals of a sphere have no
+    /// lever.
     fn spins(&self, thinner: f64) -> bool {
         let (turn, lever) = (self.dt * self.twist.angular.length(), self.radius - 0.5 * self.thickness);
         turn > WHOLE_TURN && lever * turn > 2.0 * DEEPER * thinner
     }
 
-    /// The body after the part `s` of the way, seen from `origin`.
+    /// The body after the part `s` of the path, relative to `origin`.
     fn at(&self, s: f64, origin: DVec3) -> Placed {
         let from = Pose { position: origin, orientation: self.from.orientation };
         let Pose { position, orientation } = advance(from, self.twist, s * self.dt);
         Placed { shape: self.from.shape, position, orientation }
     }
 
-    /// A box that holds the body at every place of its way: a point on an arc is within half of its length of one of
-    /// its ends.
+    /// A box that contains the body on its whole path: a point on an arc is within half of its length of one of its
+    /// ends.
     fn swept(&self) -> Aabb {
         let [first, last] = [0.0, 1.0].map(|s| {
             let placed = self.at(s, self.from.position);
@@ -171,12 +170,12 @@ impl Way {
     }
 }
 
-/// Two bodies that move at once, `delta` from a's centre to b's at the start.
+/// Two moving bodies, with `delta` from a's centre to b's at the start.
 struct Approach<'a> {
     a: &'a Way,
     b: &'a Way,
     delta: DVec3,
-    /// What b is faster by than its twist says.
+    /// The velocity of b beyond its twist.
     drift: DVec3,
 }
 
@@ -186,7 +185,7 @@ impl Approach<'_> {
         let travel = self.a.dt * (self.b.twist.linear - self.a.twist.linear + self.drift);
         let turned = |s: f64| self.a.arc(s) + self.b.arc(s);
         let moved = |s: f64, t: f64| travel.length() * (t - s) + (turned(t) - turned(s));
-        // So far in one step that rounding hides a body: nothing is known of such a way.
+        // So far in one step that rounding hides a body: such a path has no meaning.
         let hidden = (travel.length() + self.delta.length()) * f64::EPSILON > FINEST * thickness;
         if hidden || moved(0.0, 1.0) < 2.0 * DEEPER * thickness {
             return false;
@@ -194,11 +193,11 @@ impl Approach<'_> {
         if self.within_reach() && [self.a, self.b].iter().any(|way| way.spins(thickness)) {
             return true;
         }
-        // No farther from each other than this, as a depth is at most what is left of the bounding spheres' reach.
+        // The centres must come at least this near, because a depth is at most the overlap of the bounding spheres.
         let reach = self.a.radius + self.b.radius - DEEPER * thickness;
         let Some(part) = self.within(travel, reach) else { return false };
         let depth = |s: f64| {
-            // Both are seen from a's start, so that nothing is lost far from the origin.
+            // Both are relative to a's start, so that no digits are lost far from the origin.
             let [a, b] = [self.a.at(s, DVec3::ZERO), self.b.at(s, self.delta + s * self.b.dt * self.drift)];
             separate(&a, &b).map_or(f64::NEG_INFINITY, |found| -found.separation)
         };
@@ -206,12 +205,12 @@ impl Approach<'_> {
         reaches(bar, moved, FINEST * thickness, part.map(|s| (s, depth(s))), &depth)
     }
 
-    /// Whether the two may touch at the start, whatever their orientations.
+    /// Whether the two may touch at the start in any orientation.
     fn within_reach(&self) -> bool {
         self.delta.length() < self.a.radius + self.b.radius
     }
 
-    /// The part of the way on which the two centres are within `reach` of each other.
+    /// The part of the path on which the two centres are within `reach` of each other.
     fn within(&self, travel: DVec3, reach: f64) -> Option<[f64; 2]> {
         let square = travel.length_squared();
         if square == 0.0 {
@@ -225,8 +224,8 @@ impl Approach<'_> {
     }
 }
 
-/// Whether `depth`, which changes by at most `moved(s, t)` from `s` to `t`, is more than `bar` somewhere between two
-/// places where it is known.
+/// Whether `depth`, which changes by at most `moved(s, t)` from `s` to `t`, exceeds `bar` somewhere between two points
+/// where it is known.
 fn reaches(
     bar: f64,
     moved: impl Fn(f64, f64) -> f64,
@@ -240,7 +239,7 @@ fn reaches(
     let mut parts = vec![ends];
     while let Some([(s, here), (t, there)]) = parts.pop() {
         let moved = moved(s, t);
-        // Where no separation is known the bound is no number, and nothing is claimed.
+        // Without a separation the bound is NaN, and the result is false.
         let possible = 0.5 * (here + there + moved) > bar;
         if !possible || moved < finest {
             continue;
@@ -295,7 +294,7 @@ mod tests {
     fn a_rod_that_turns_through_another_passes_it() {
         let rod = Shape::Spherocylinder { diameter: 0.2, length: 4.0 };
         let still = (rod, DVec3::new(0.0, 0.5, 0.0), DVec3::ZERO, DVec3::ZERO);
-        // About x, by 2 atan(0.5): the upper half of one sweeps over the other, which stands beside it.
+        // About x, by 2 atan(0.5): the upper half of one sweeps over the other, which is beside it.
         let turn = (rod, DVec3::ZERO, DVec3::ZERO, DVec3::new(-2.0, 0.0, 0.0));
         let aside = (rod, DVec3::new(0.3, 0.0, 0.0), DVec3::ZERO, DVec3::new(-2.0, 0.0, 0.0));
         assert!(find_passed(&[still, turn]).is_none(), "it has come to lie across, and still overlaps at the end");
@@ -336,7 +335,7 @@ mod tests {
             let still = (ellipsoid, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
             let spun = (ellipsoid, DVec3::new(3.0, 0.0, 0.0), DVec3::ZERO, -speed * DVec3::Y);
             let found = find_passed(&[thrown, still, spun]);
-            // Where a place of the way can be told from the next, it is through both.
+            // As long as points of the path are distinguishable, it passes both.
             assert_eq!(found.map(|found| found.pairs), (speed < 1e13).then_some(2), "{speed:e}");
         }
     }

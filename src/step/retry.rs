@@ -1,9 +1,9 @@
 //! Repeats a failed step.
 //!
-//! The step is halved, and failed pieces are halved again, down to a 64th. The pieces are steps like any other, so that
-//! all together are a step with a smaller `dt`. Where a 64th fails too, daughters that are born in it turn less than
-//! they drew. Then there are three ends: growing cells that have no room wait or end the run (`growth.on_no_room`), and
-//! what fails for another reason ends the run with the state before the step, or is accepted as it is least bad
+//! The step is halved, and failed pieces are halved again, down to a 64th. The pieces are ordinary steps, so together
+//! they are a step with a smaller `dt`. If a 64th fails too, daughters that are born in it turn by less than their
+//! drawn angle. If that fails as well, growing cells without room wait or end the run (`growth.on_no_room`). A failure
+//! for another reason ends the run with the state before the step, or the best attempt is accepted
 //! (`contact.on_failure`).
 //!
 //! Nothing here depends on earlier steps, so a resumed run takes the same pieces.
@@ -14,36 +14,39 @@ use crate::dynamics::{OnNoRoom, Waiting};
 use crate::lcp::Status;
 use crate::step::{Failed, Overlap, RetryBackend, Verbs};
 
-/// By how much rows give way where a step without a solution is accepted. The first moves bodies by a tenth less than
-/// it takes to part a pair, the last one by what it takes to a millionth.
+/// The compliances of rows if a step without a solution is accepted. With the first, bodies move by a tenth less than
+/// needed to separate a pair; with the last, by the needed distance to a millionth.
 const COMPLIANCES_OF_SPREADING: [f64; 4] = [1e-1, 1e-2, 1e-4, 1e-6];
 
-/// Rounds in which such a step's overlap is spread, and how much of it a round must leave at most to be worth it.
+/// The largest number of rounds in which such a step's overlap is spread, and the largest part of it that a worthwhile
+/// round may leave.
 const MOST_ROUNDS_OF_SPREADING: u32 = 4;
 const WORTH_A_ROUND: f64 = 0.8;
 
-/// Rounds of parting. Of 14 crowded starts that one solve could not part, those that can be parted at all take 2 to 9.
+/// The largest number of rounds of separation. Of 14 crowded starts that one solve could not separate, those that can
+/// be separated take 2 to 9.
 const MOST_ROUNDS_OF_PARTING: u32 = 32;
 
-/// A round of parting that moves a body farther fails: a length in deepest overlaps, for each body of the scene. A row
-/// of `n` bodies that overlap by `d` needs half of `n d` on either side.
+/// A round of separation that moves a body farther fails: in deepest overlaps per body of the scene. A row of `n`
+/// bodies that overlap by `d` needs half of `n d` on either side.
 const MOST_MOVE_OF_PARTING: f64 = 2.0;
 
-/// Draws by which the shortest piece is disturbed where it throws bodies. Of 200 random chambers one has such a piece,
-/// and the draws resolve it.
+/// The largest number of random disturbances of a shortest piece that throws bodies. Of 200 random chambers one has
+/// such a piece, and the disturbances resolve it.
 const MOST_DISTURBANCES: u32 = 8;
 
-/// A piece without growth nearly holds if it is off by so many overlap tolerances at most, and with growth by so many
-/// times more at least. In a full disc of eight cells it is off by 5 tolerances, with growth by 180.
+/// A piece without growth nearly holds if its error is at most this many overlap tolerances, and with growth at least
+/// this many times larger. In a full disc of eight cells the error is 5 tolerances, with growth 180.
 const NEARLY_HOLDS: f64 = 10.0;
 
-/// By which part of what they drew daughters turn where the shortest piece fails, one after the other.
+/// The parts of their drawn angle by which daughters turn, tried in this order, if the shortest piece fails.
 const LESSER_TURNS: [f64; 3] = [0.5, 0.25, 0.0];
 
-/// Wedges one after the other whose cells wait, before all that are pressed do.
+/// The largest number of wedges whose cells wait, one after the other, before all pressed cells wait.
 const MOST_WEDGES: usize = 6;
 
-/// The margin of the overlap tolerance that the CPU leaves for rounding a device's poses, some 1e-9 of a body.
+/// The part of the overlap tolerance that the CPU uses, to leave room for the rounding of a device's poses, some 1e-9
+/// of a body.
 const LEFT_FOR_ROUNDING: f64 = 0.99;
 
 /// Repeats the step that `failed` describes and accepts it; also takes steps that first separate bodies, or that are
@@ -61,8 +64,8 @@ pub(super) fn take_again(
         if by_cpu {
             plan.contact.overlap_tolerance *= LEFT_FOR_ROUNDING;
         }
-        // Where a device or processes made the attempt, the CPU or each process makes it alone first, as it would its
-        // own.
+        // If a device or several processes made the attempt, the CPU or each process first repeats it alone, as it
+        // would begin itself.
         let by_other = failed.is_some() && by != Failed::Itself;
         let before = again.state()?.clone();
         let first = match failed.take() {
@@ -76,7 +79,7 @@ pub(super) fn take_again(
             }
             tried => tried,
         };
-        // An attempt that holds says it too: the one before may have ended before its first trial.
+        // An attempt that holds counts too: the one before may have ended before its first trial.
         if let (true, Some(Ok(tried))) = (by_other, &first) {
             report.first_violation = tried.report.first_violation;
         }
@@ -92,7 +95,7 @@ pub(super) fn take_again(
     Ok((report, overlap))
 }
 
-/// Goes back to the least bad trial of an attempt, where its last one is worse.
+/// Returns to the best trial of an attempt if the last one is worse.
 fn go_to_least_bad(again: &mut dyn RetryBackend, plan: &Plan, tried: &mut Attempt) -> Result<(), Fault> {
     if let Some((badness, gamma)) = tried.least_bad.take()
         && badness < tried.badness()
@@ -106,11 +109,11 @@ fn go_to_least_bad(again: &mut dyn RetryBackend, plan: &Plan, tried: &mut Attemp
     Ok(())
 }
 
-/// A step that is being taken in pieces.
+/// A step in pieces.
 pub(super) struct Taking<'a> {
     pub(super) plan: &'a Plan,
     pub(super) keep: &'a mut Keep,
-    /// Of the pieces accepted so far, and the cost of all.
+    /// The report of the accepted pieces, with the cost of all attempts.
     pub(super) report: &'a mut StepReport,
     waiting: Waiting,
 }
@@ -183,9 +186,9 @@ impl Taking<'_> {
         }
     }
 
-    /// Parts bodies that overlap by more than the tolerance, in no time, `at` so many `dt` after the last step; what is
-    /// left, or none where they cannot be, and then they are where they were. Each round starts from the least bad
-    /// trial of the last one, with rows made there.
+    /// Separates bodies that overlap by more than the tolerance, without advancing time, `at` this many `dt` after the
+    /// last step. Returns the remaining overlap; none if they cannot be separated, and then they keep their positions.
+    /// Each round starts from the best trial of the last one, with rows made there.
     fn parted(&mut self, again: &mut dyn RetryBackend, at: f64) -> Result<Option<Overlap>, Fault> {
         let before = again.state()?.clone();
         let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..*self.plan };
@@ -196,7 +199,7 @@ impl Taking<'_> {
             let Ok(mut tried) = attempt(again, &plan, self.keep) else { break };
             self.report.add_cost(&tried.report);
             go_to_least_bad(again, &plan, &mut tried)?;
-            // Where rows contradict each other, a trial without overlap may be one that throws bodies far apart.
+            // If rows contradict each other, a trial without overlap may have thrown bodies far apart.
             let depth = again.start_overlap().max(plan.contact.overlap_tolerance);
             let is_within = tried.report.largest_move <= MOST_MOVE_OF_PARTING * depth * again.bodies() as f64;
             if !is_within {
@@ -220,7 +223,7 @@ impl Taking<'_> {
 
     pub(super) fn attempt(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Attempt, Fault> {
         again.prepare(piece, &self.waiting);
-        // Cells that wait press no others: where they are in line, there is nothing to be drawn.
+        // Waiting cells do not press others, so cells in line need no random disturbance.
         let most_tilts = if matches!(self.waiting, Waiting::None) { self.plan.most_tilts } else { 0 };
         attempt(again, &Plan { most_tilts, ..*self.plan }, self.keep)
     }
@@ -243,15 +246,14 @@ impl Taking<'_> {
         Ok(tried.overlap)
     }
 
-    /// Whether steps that do not hold are accepted and the one before was such a one: there is no solution, nor have
-    /// pieces one.
+    /// Whether failed steps are accepted and the last step was one: then neither the step nor its pieces have a
+    /// solution.
     fn began_like_this(&self, again: &dyn RetryBackend) -> bool {
         self.plan.accepts_the_least_bad() && again.start_overlap() > self.plan.contact.overlap_tolerance
     }
 
-    /// Accepts the step with the least overlap that was found, and spreads it over the contacts in no time: rows give
-    /// way, and the softer they are the less bodies move, so that there is always one among the trials that throws
-    /// none.
+    /// Accepts the step with the smallest overlap found, and spreads it over the contacts without advancing time: rows
+    /// are compliant, and softer rows move bodies less, so that at least one of the trials throws none.
     fn spread(&mut self, again: &mut dyn RetryBackend) -> Result<Overlap, Fault> {
         again.prepare(Piece::whole(self.plan.span), &self.waiting);
         let mut taken = self.softened(again, self.plan.stepping)?;
@@ -274,8 +276,8 @@ impl Taking<'_> {
         Ok(taken.overlap)
     }
 
-    /// The trial with the least overlap of the first rows, by how much they give way; one in which bodies pass each
-    /// other only where there is no other.
+    /// The trial of the first rows with the smallest overlap over all compliances; one in which bodies pass each other
+    /// only if there is no other.
     fn softened(&mut self, again: &mut dyn RetryBackend, stepping: Stepping) -> Result<Attempt, Fault> {
         again.begin()?;
         again.append_near()?;
@@ -306,10 +308,9 @@ impl Taking<'_> {
         Ok(Attempt { report, overlap, broken: None, left: false, least_bad: None })
     }
 
-    /// Takes the shortest piece with daughters that turn less than they drew, where cells divide in it: cells that lie
-    /// side by side without room between them cannot turn, and in a crowd whose cells all divide at once the
-    /// constraints of so many turned ones may contradict each other. Daughters that do not turn have the room that
-    /// their mother had.
+    /// Takes the shortest piece with daughters that turn by less than their drawn angle, if cells divide in it. Cells
+    /// side by side without room between them cannot turn, and if all cells of a crowd divide at once, the constraints
+    /// of many turned ones may contradict each other. Daughters that do not turn fit where their mother was.
     fn turn_less(
         &mut self,
         again: &mut dyn RetryBackend,
@@ -331,8 +332,8 @@ impl Taking<'_> {
         Ok(None)
     }
 
-    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those of
-    /// the wedge, and of the wedge that is then left, then those that overlap, those that are pressed, and all; of the
+    /// Tries a piece in which cells without room wait, if the scene allows it. In a whole step first those of the wedge
+    /// wait, then those of the remaining wedge, then those that overlap, those that are pressed, and all; in the
     /// shortest piece all.
     fn wait(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
         let whole = piece.is_whole();
@@ -380,7 +381,7 @@ impl Taking<'_> {
         }
     }
 
-    /// The end of a step whose shortest piece failed.
+    /// Handles a step whose shortest piece failed.
     fn give_up(
         &mut self,
         again: &mut dyn RetryBackend,
@@ -404,8 +405,7 @@ impl Taking<'_> {
             tried.overlap.worst <= tolerance && tried.report.settled(tolerance) && tried.report.passed.is_some();
         let overlaps = again.start_overlap() > tolerance;
         if only_passed && (overlaps || self.plan.accepts_the_least_bad()) {
-            // Bodies that overlap may have to. What goes through others in short pieces is still less bad than what
-            // does in one.
+            // Overlap may be unavoidable. Bodies that pass each other in short pieces are still better than in one.
             let tried = self.attempt(again, piece)?;
             return self.accept(again, tried);
         }
@@ -422,7 +422,7 @@ impl Taking<'_> {
         };
         let ends = !self.plan.accepts_the_least_bad();
         let wedge = again.wedge();
-        // Where space is open, what would throw bodies has room, and no way there.
+        // In open space, rows that would throw bodies have room, but no path to it.
         let no_way_out = self.plan.closed || !tried.throws();
         let stops = ends && no_way_out && self.plan.on_no_room == Some(OnNoRoom::Stop);
         if stops && self.fails_by_growth(again, piece, tried.badness()) {
@@ -432,8 +432,8 @@ impl Taking<'_> {
         Err(Fault::Unresolved(unresolved))
     }
 
-    /// Takes the shortest piece with the rows that push most tilted, where it threw bodies: where a row of bodies is
-    /// about to buckle, it has gone to a side that leads nowhere.
+    /// If the shortest piece threw bodies, takes it with the rows that push most tilted: a row of bodies that is about
+    /// to buckle went to a side without a solution.
     fn disturb(
         &mut self,
         again: &mut dyn RetryBackend,
@@ -454,10 +454,10 @@ impl Taking<'_> {
         Ok(None)
     }
 
-    /// Takes the shortest piece as well as it goes and parts what still overlaps. Daughters that turn as they are born
-    /// overlap by as much in the shortest piece as in the whole step, and rows that are made where they begin may
-    /// contradict each other though there is room; made anew where the last ones led to, they do not. Where it fails,
-    /// `tried` is the least bad that was found.
+    /// Takes the best trial of the shortest piece and separates the bodies that still overlap. Daughters that turn at
+    /// birth overlap by as much in the shortest piece as in the whole step. Rows made at the start may then contradict
+    /// each other although there is room; rows made at the last trial do not. If it fails, `tried` is the best trial
+    /// found.
     fn squeeze(
         &mut self,
         again: &mut dyn RetryBackend,
@@ -470,7 +470,7 @@ impl Taking<'_> {
         *tried = attempt(again, &plan, self.keep)?;
         self.report.add_cost(&tried.report);
         go_to_least_bad(again, &plan, tried)?;
-        // Farther off, bodies may be parted to the wrong side.
+        // With a larger error, bodies may be separated to the wrong side.
         let near = plan.contact.cutoff.is_some_and(|cutoff| tried.badness() <= cutoff);
         if !near || tried.report.passed.is_some() || tried.throws() {
             return Ok(None);
@@ -483,15 +483,15 @@ impl Taking<'_> {
             return Ok(None);
         };
         tried.report.squeezed = 1;
-        // Parting has mended where bodies are; how they got near is in the count of squeezed pieces.
+        // Separation has corrected the positions; the count of squeezed pieces records it.
         tried.report.velocity_residual = 0.0;
         tried.report.phases = Phases::default();
         self.report.add_piece(&tried.report);
         Ok(Some(overlap))
     }
 
-    /// Whether the piece can be taken if no cell grows or divides in it, or nearly so: cells that fill their container
-    /// overlap by about the tolerance, and contact would part them wholly.
+    /// Whether the piece holds, or nearly holds, if no cell grows or divides in it: cells that fill their container
+    /// overlap by about the tolerance, and contact would separate them completely.
     fn fails_by_growth(&mut self, again: &mut dyn RetryBackend, piece: Piece, with_growth: f64) -> bool {
         self.waiting = Waiting::All;
         let tried = self.attempt(again, piece);

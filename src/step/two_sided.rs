@@ -1,68 +1,70 @@
-//! Steps whose pushing contacts touch: rows that push bodies that no longer touch are rebuilt.
+//! Steps whose pushing contacts touch: rows are rebuilt if they push bodies that no longer touch.
 
 use super::Fault;
 use super::algorithm::{Attempt, Plan};
 use crate::step::Verbs;
 
-/// A contact that pushes may end this part of the thinner body's thickness apart.
+/// The largest final separation of a pushing contact, as a part of the thinner body's thickness.
 pub(crate) const GAP: f64 = 0.02;
 
-/// The same where rows were tilted or caught in the attempt: they were made at another place than where bodies end, and
-/// a gap of theirs is no slide. Two balls that a wall presses around in a ball that just holds them, 1e-2 out of line,
-/// otherwise run ahead of the wall by 0.07.
+/// The same if rows were tilted or caught in the attempt: these were made at a different configuration than the final
+/// one, so their gap is not a slide. Otherwise two balls that a wall presses around in a ball that just contains them,
+/// 1e-2 out of line, run ahead of the wall by 0.07.
 const GAP_OF_REBUILT: f64 = 1e-3;
 
-/// A contact that pushes may not stay this part of the thinner body's thickness apart. Loosening leaves more where the
-/// objective no longer falls: of 1,200 steps of cells that fill a trap 15 end over [`GAP`], at most 0.11 apart.
+/// A step fails if a pushing contact remains this part of the thinner body's thickness apart. Loosening leaves more
+/// than [`GAP`] if the objective no longer falls: of 1,200 steps of cells that fill a trap 15 do, at most 0.11 apart.
 pub(crate) const TORN: f64 = 0.5;
 
-/// A contact that pushes and is this part of the thinner body's thickness apart throws its bodies: its row is rebuilt
-/// before the violations of the trial are answered.
+/// A pushing contact that is this part of the thinner body's thickness apart throws its bodies: its row is rebuilt
+/// before the violations of the trial are handled.
 const THROW_GAP: f64 = 0.25;
 
-/// Rounds in which rows that throw bodies are rebuilt a short way towards the trial; after these they are rebuilt at
-/// the trial.
+/// The number of rounds in which rows that throw bodies are rebuilt a short way towards the trial; later rounds rebuild
+/// them at the trial.
 const MOST_CATCHES: u32 = 8;
 
-/// Rounds in which rows that contradict each other since some were appended are rebuilt a short way towards the last
-/// trial. Two balls that a wall presses around in a ball that just holds them then need no draw in most steps. Of 25
-/// drawn chambers five then end otherwise, with the same largest moves or smaller ones, four with fewer products.
+/// The largest number of rounds in which rows that contradict each other after others were appended are rebuilt a short
+/// way towards the last trial. Two balls that a wall presses around in a ball that just contains them then need no
+/// random tilt in most steps. Of 25 random chambers five then end differently, with the same or smaller largest moves,
+/// four with fewer products.
 const MOST_FOLLOWS: u32 = 4;
 
-/// Rounds of loosening in an attempt, in all.
+/// The largest number of rounds of loosening in an attempt.
 const MOST_ROUNDS: u32 = 40;
 
-/// A round of loosening is worth another if the objective falls by this part of what the bodies of the loosened rows
-/// have of it.
+/// Another round of loosening follows if the objective falls by at least this part of the share that the bodies of the
+/// loosened rows have of it.
 const LEAST_FALL: f64 = 1e-3;
 
-/// Draws for rows that contradict each other, and by how much they are tilted: the angle at a ball.
+/// The number of random tilts of contradictory rows.
 pub(super) const MOST_TILTS: u32 = 4;
-/// No more than what mends them asks for: a row that is violated by `v` between balls of radius `R` is mended by a
-/// slide of `sqrt(2 v R)`. Each draw is for so many times more.
+/// The largest and the smallest tilt, angles at a ball. A row that is violated by `v` between balls of radius `R` is
+/// satisfied by a slide of `sqrt(2 v R)`, so the tilt is `sqrt(2 v / R)`. Each later draw assumes a violation
+/// [`MORE_A_DRAW`] times larger.
 const TILT: f64 = 0.15;
 const LEAST_TILT: f64 = 0.01;
 const MORE_A_DRAW: f64 = 4.0;
 
-/// What contact does on the way to a trial, beside parting bodies. All of it is to be little.
+/// Side effects of contact on the way to a trial, beyond separating bodies. All should be small.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effect {
-    /// The farthest that contact moves a body's centre from where its free motion leads, a length, and the body.
+    /// The largest displacement of a body's centre by contact from its free motion, a length, and the body.
     pub largest_move: f64,
     /// See [`Effect::largest_move`].
     pub moved: Option<usize>,
-    /// The largest separation of a contact that pushes, a length, and its pair; the second may be a wall's surface. The
-    /// CPU looks where contact may have parted bodies by more than 0.005 of the thinner one's thickness.
+    /// The largest separation of a pushing contact, a length, and its pair; the second may be a wall's surface. The CPU
+    /// checks pairs that contact may have separated by more than 0.005 of the thinner one's thickness.
     pub push_gap: f64,
     /// See [`Effect::push_gap`].
     pub push_pair: Option<[u32; 2]>,
-    /// How many contacts that push are farther apart than may be.
+    /// The number of pushing contacts that are farther apart than allowed.
     pub apart: usize,
-    /// How many of them are so far apart that the step cannot be right.
+    /// The number of these that are so far apart that the step is wrong.
     pub torn: usize,
-    /// How many contacts that push move their bodies farther against each other than may be.
+    /// The number of pushing contacts that move their bodies farther against each other than allowed.
     pub thrown: usize,
-    /// The energy that contact adds, where bodies have inertia, and how much of it what it may leave undone explains.
+    /// The energy that contact adds, if bodies have inertia, and the part of it that the tolerances explain.
     pub energy: f64,
     /// See [`Effect::energy`].
     pub energy_allowed: f64,
@@ -70,14 +72,14 @@ pub struct Effect {
     pub axial_spin: f64,
 }
 
-/// An angle by which contact may turn a body of revolution about its own axis: in 64-bit numbers rounding makes some
-/// 1e-15, in 32 bits some 1e-7.
+/// The largest angle by which contact may turn a body of revolution about its own axis: rounding gives some 1e-15 in 64
+/// bits, some 1e-7 in 32 bits.
 const MOST_SPIN: f64 = 1e-5;
 
-/// A promise about what contact does that an attempt breaks.
+/// A guard on the effect of contact that an attempt breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guard {
-    /// Contacts push bodies that are apart: by far, or on a backend that cannot rebuild their rows.
+    /// Contacts push bodies that are apart: far apart, or on a backend that cannot rebuild their rows.
     Apart,
     /// Contact throws a body.
     Thrown,
@@ -88,15 +90,15 @@ pub enum Guard {
 }
 
 impl Effect {
-    /// Whether a promise is broken on a backend that cannot rebuild rows.
+    /// Whether a guard is broken on a backend that cannot rebuild rows.
     #[cfg(feature = "gpu")]
     pub(crate) fn breaks_a_promise(&self) -> bool {
         self.broken(false).is_some()
     }
 
-    /// The promise that is broken. `mends` is whether the backend can rebuild rows and has done so.
+    /// The broken guard, if any. `mends`: whether the backend can rebuild rows and has done so.
     pub(super) fn broken(&self, mends: bool) -> Option<Guard> {
-        // Not a number breaks them.
+        // NaN breaks a guard.
         let within = |number: f64, most: f64| number <= most;
         if self.torn > 0 || (!mends && self.apart > 0) {
             Some(Guard::Apart)
@@ -112,38 +114,39 @@ impl Effect {
     }
 }
 
-/// What a round of loosening did.
+/// The result of a round of loosening.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loosened {
     /// The number of rows rebuilt.
     pub rows: usize,
-    /// The part of the objective that their bodies have.
+    /// The share of the objective of their bodies.
     pub share: f64,
 }
 
 /// Methods of a backend that can rebuild rows.
 pub trait TwoSided {
-    /// `1/2 |J^T gamma|^2` at the trial: half the square of how far contact moves the bodies from their free motion.
+    /// `1/2 |J^T gamma|^2` at the trial: half the square of the displacement by contact from the free motion, in the
+    /// metric of the mobility.
     fn objective(&self) -> f64;
-    /// Whether a contact that pushes can be farther apart at the trial than the part `gap` of its thinner body's
-    /// thickness, by how far its bodies move against each other.
+    /// Whether a pushing contact can be farther apart at the trial than the part `gap` of its thinner body's thickness,
+    /// judged from the relative motion of its bodies.
     fn throws(&self, gap: f64) -> bool;
-    /// Rebuilds the rows of each branch that pushes and is farther apart at the trial than the part `gap` of its
-    /// thinner body's thickness, a short way towards the trial: bodies move there by at most the part `size` of half of
-    /// their thickness. Returns their number.
+    /// Rebuilds the rows of each pushing branch that is farther apart at the trial than the part `gap` of its thinner
+    /// body's thickness, a short way towards the trial: bodies move by at most the part `size` of half of their
+    /// thickness. Returns the number of rows.
     fn catch(&mut self, gap: f64, size: f64) -> usize;
-    /// Puts one row made at the trial in the place of the rows of each branch that pushes and is farther apart there
-    /// than the part `gap` of its thinner body's thickness.
+    /// Replaces the rows of each pushing branch that is farther apart at the trial than the part `gap` of its thinner
+    /// body's thickness by one row made there.
     fn loosen(&mut self, gap: f64) -> Loosened;
-    /// Rebuilds the rows that contradict each other, by their multipliers, a short way towards the last trial, as
-    /// [`TwoSided::catch`] does. Returns their number.
+    /// Rebuilds the contradictory rows, identified by their multipliers, a short way towards the last trial, like
+    /// [`TwoSided::catch`]. Returns their number.
     fn follow(&mut self, size: f64) -> usize;
-    /// Rebuilds the rows that contradict each other, by their multipliers, at a configuration drawn near the start: a
-    /// body of radius `R`, half of its thickness, is moved sideways by the part `size(R)` of it. Returns their number.
+    /// Rebuilds the contradictory rows, identified by their multipliers, at a random configuration near the start: a
+    /// body of radius `R`, half of its thickness, moves sideways by the part `size(R)` of it. Returns their number.
     fn tilt(&mut self, draw: u32, size: &dyn Fn(f64) -> f64) -> usize;
-    /// Keeps the present rows and multipliers.
+    /// Saves the present rows and multipliers.
     fn keep_rows(&mut self);
-    /// Goes back to those kept.
+    /// Restores the saved rows and multipliers.
     fn go_back(&mut self);
 }
 
@@ -156,21 +159,22 @@ pub(super) enum Caught {
     Left,
 }
 
-/// What an attempt did on the second side.
+/// The state of rebuilding rows in an attempt.
 #[derive(Default)]
 pub(super) struct Sides {
-    /// The objective of the rows that are kept, and the part of it that bodies of rows had that were then loosened.
+    /// The objective of the saved rows, and the share of it of the bodies whose rows were then loosened.
     kept: Option<[f64; 2]>,
     rounds: u32,
     tilts: u32,
     catches: u32,
     follows: u32,
-    /// By how much rows that contradict each other were violated at least, before the first tilt.
+    /// The smallest violation of contradictory rows before the first tilt.
     violation: Option<f64>,
 }
 
 impl Sides {
-    /// Loosens rows that push bodies that are apart at the trial. Returns whether there is something to solve.
+    /// Loosens rows that push bodies apart that no longer touch at the trial. Returns whether there is something to
+    /// solve.
     pub fn loosen(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> Result<bool, Fault> {
         if !plan.two_sided {
             return Ok(false);
@@ -213,8 +217,8 @@ impl Sides {
         Ok(true)
     }
 
-    /// Rebuilds rows that throw bodies and returns what to do next. A backend that cannot leaves the step to one that
-    /// can, so both give the same result.
+    /// Rebuilds rows that throw bodies, and returns how to continue. A backend that cannot rebuild rows leaves the step
+    /// to one that can, so both give the same result.
     pub fn catch(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> Result<Caught, Fault> {
         if !plan.two_sided || self.rounds >= MOST_ROUNDS {
             return Ok(Caught::Nothing);
@@ -227,7 +231,7 @@ impl Sides {
             return Ok(Caught::Nothing);
         }
         let before = two_sided.objective();
-        // From far away all directions look alike. Where a way back is short, what is made there is good.
+        // Rows made far away have nearly equal normals; rows made a short way from the trial are good.
         let rows = if self.catches < MOST_CATCHES {
             two_sided.catch(THROW_GAP, TILT)
         } else {
@@ -237,7 +241,7 @@ impl Sides {
         if rows > 0 {
             tried.forget_least_bad();
         }
-        // Where none was, rows are where they were made, and a gap is a slide.
+        // If no rows were rebuilt, all are where they were made, and a gap is a slide.
         self.catches += u32::from(rows > 0);
         self.rounds += u32::from(rows > 0);
         tried.report.loosened += rows as u32;
@@ -261,7 +265,7 @@ impl Sides {
             return false;
         }
         let Some(two_sided) = backend.two_sided() else { return false };
-        // Rows that had a common solution until some were appended are rebuilt at that solution.
+        // Rows that had a common solution until others were appended are rebuilt towards that solution.
         if tried.report.recursions > 0 && self.follows < MOST_FOLLOWS {
             self.follows += 1;
             let rows = two_sided.follow(TILT);

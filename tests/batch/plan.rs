@@ -95,7 +95,7 @@ fn bad_sweeps_are_refused_with_their_place() {
         (r#" "seeds": {"from": 18446744073709551615, "count": 2}}"#, BadValue, 2, 11, "seeds", "largest seed"),
         (r#" "seeds": []}"#, BadValue, 2, 11, "seeds", "omit it"),
         (r#" "seeds": 3}"#, WrongType, 2, 11, "seeds", "a list of seeds"),
-        (r#" "seeds": [1], "grid": {"seed": [2]}}"#, BadValue, 2, 33, "grid.seed", "`seeds` too"),
+        (r#" "seeds": [1], "grid": {"seed": [2]}}"#, BadValue, 2, 33, "grid.seed", "also varied by `seeds`"),
         (r#" "grid": {"time": [{}]}, "list": [{"time.dt": 1}]}"#, BadValue, 2, 47, "list.0.time.dt", "`time`"),
         (r#" "seeds": [1 2]}"#, Syntax, 2, 14, "seeds", "JSON"),
     ] {

@@ -328,7 +328,7 @@ mod movies {
         assert!(fs::read_to_string(place.path().join("run/render/movie.mp4")).unwrap().contains("-c:v mpeg4"));
         self::programs(place.path(), "echo no such codec >&2; exit 3");
         let (out, err) = relcp_on(&programs, place.path(), &["render", "run", "--size", "64x64"], 4);
-        assert!(out.is_empty() && err.contains("no such codec") && err.contains("pictures are there"), "{err}");
+        assert!(out.is_empty() && err.contains("no such codec") && err.contains("pictures are complete"), "{err}");
         assert_eq!(names(&place.path().join("run/render")), ["frames", "frames.json"]);
         assert_eq!(names(&place.path().join("run/render/frames")).len(), 6);
     }

@@ -162,7 +162,7 @@ class Forces(unittest.TestCase):
     def test_it_cannot_use_its_own_simulation_but_another(self):
         simulation, other = relcp.Simulation(balls()), relcp.Simulation(balls())
         simulation.add_force(lambda bodies: simulation.positions)
-        with self.assertRaisesRegex(relcp.SimulationError, "asks a force"):
+        with self.assertRaisesRegex(relcp.SimulationError, "evaluating a force"):
             simulation.step()
         simulation = relcp.Simulation(balls())
         simulation.add_force(lambda bodies: other.step().step * np.ones((3, 3)))

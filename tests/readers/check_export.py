@@ -126,7 +126,7 @@ def check_gsd(path, run):
     begun = time.time()
     with gsd.hoomd.open(path, "r") as file:
         check("gsd: schema", file.file.schema == "hoomd" and file.file.schema_version == (1, 4))
-        check("gsd: a frame a state", len(file) == len(run), f"{len(file)}")
+        check("gsd: one frame per state", len(file) == len(run), f"{len(file)}")
         typed, own, sizes, turned, inside = 0.0, 0.0, 0.0, 0.0, True
         classed = False
         for frame, (step, when, state, _) in zip(file, run):

@@ -1,4 +1,4 @@
-//! Large states made of copies of a stored one.
+//! Large states that consist of copies of a stored one.
 
 use glam::DVec3;
 use relcp::Error;
@@ -9,7 +9,7 @@ use relcp::run::RunError;
 use relcp::scene::SceneError;
 use relcp::step::Fault;
 
-/// Why a study could not be made.
+/// The reason why a study failed.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StudyError {
     /// A stored state could not be read.
@@ -30,28 +30,28 @@ pub enum StudyError {
     /// A step could not be taken.
     #[error(transparent)]
     Fault(#[from] Fault),
-    /// The device refused something.
+    /// The device reported an error.
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// A stored LCP could not be read.
     #[error(transparent)]
     Lcp(#[from] LcpFileError),
-    /// A stored reference solution is damaged, or not that of its scene.
+    /// A stored reference solution is damaged, or belongs to another scene.
     #[error("reference solution of {0}")]
     Reference(String),
     /// A plot could not be drawn.
     #[error("a plot could not be drawn: {0}")]
     Plot(String),
-    /// Threads could not be had.
+    /// Threads could not be started.
     #[error("threads: {0}")]
     Threads(String),
     /// A table could not be made.
     #[error("a table could not be made: {0}")]
     Table(String),
-    /// A file of results cannot be read as such.
+    /// A file of results is damaged.
     #[error("results of a study are damaged: {0}")]
     Damaged(String),
-    /// A file of results is another device's or version's.
+    /// A file of results belongs to another device or version.
     #[error("{0}")]
     Elsewhere(String),
     /// Something else failed.
@@ -74,8 +74,8 @@ impl From<Error> for StudyError {
     }
 }
 
-/// Side by side copies of a stored state, `count` bodies in all: in a square where it lies in the plane z = 0, else in
-/// a cube. The copies are a body's length apart, so each is a problem of its own as far as contact goes.
+/// Places copies of a stored state side by side, `count` bodies in total: in a square if the state lies in the plane z
+/// = 0, otherwise in a cube. The copies are a body's length apart, so they have no contact with each other.
 pub fn tiled(stored: &[u8], count: usize) -> Result<Bodies, StudyError> {
     let (_, state) = decode(stored)?;
     let tile = state.bodies;

@@ -3,7 +3,7 @@
 use super::StudyError;
 use serde::Serialize;
 
-/// A table with a line a row, under the names of its fields.
+/// Returns a table with one line per row, under the names of its fields.
 pub(super) fn csv_table<'a, T: Serialize + 'a>(rows: impl Iterator<Item = &'a T>) -> Result<Vec<u8>, StudyError> {
     let fault = |e: csv::Error| StudyError::Table(e.to_string());
     let mut writer = csv::Writer::from_writer(Vec::new());

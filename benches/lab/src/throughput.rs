@@ -1,7 +1,7 @@
-//! Throughput: what a step costs by the number of bodies, on the CPU and on a device.
+//! Throughput: the cost of a step as a function of the number of bodies, on the CPU and on a device.
 //!
 //! The states are copies of a stored colony of 1,024 cells, of a stored jammed compaction of 1,000 ellipsoids and of
-//! 1,000 rods packed into a ball, side by side; each copy is a problem of its own, so the solver's iterations do not
+//! 1,000 rods packed into a ball, side by side. The copies are independent, so the number of solver iterations does not
 //! grow with their number here.
 
 use super::paper::packing;
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
-/// What is measured.
+/// The kind of scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -62,7 +62,7 @@ impl Kind {
         }
     }
 
-    /// The sizes that are measured, up to a largest one.
+    /// Returns the measured sizes, up to a largest one.
     pub fn sizes(self, largest: usize) -> Vec<usize> {
         let all: Vec<usize> = match self {
             Kind::Colony => (10..=20).map(|k| 1 << k).collect(),
@@ -75,7 +75,7 @@ impl Kind {
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// What was stepped.
+    /// The kind of scene.
     pub kind: Kind,
     /// Bodies.
     pub bodies: usize,
@@ -83,52 +83,53 @@ pub struct Row {
     pub computed_by: String,
     /// Rows of the last LCP.
     pub constraints: usize,
-    /// Steps timed.
+    /// Timed steps.
     pub steps: usize,
-    /// Milliseconds a step.
+    /// Milliseconds per step.
     pub step_ms: f64,
     /// The stages of a step: broad phase, narrow phase, solve, integrate, growth; milliseconds.
     pub stages_ms: [f64; 5],
-    /// Recursions a step.
+    /// Recursions per step.
     pub recursions: f64,
-    /// Iterations of the solver a step.
+    /// Iterations of the solver per step.
     pub iterations: f64,
-    /// Products with A a step.
+    /// Products with A per step.
     pub products: f64,
-    /// Microseconds an iteration of the solver.
+    /// Microseconds per iteration of the solver.
     pub iteration_us: f64,
-    /// Constraints a second of narrow phase, separations of both the start and the trials counted.
+    /// Constraints per second of the narrow phase. Separations of the start and of the trials both count.
     pub pairs_per_second: f64,
-    /// Bytes that a product must move over what the device copies in the time of an iteration; zero on the CPU.
+    /// Bytes that a product must move, divided by the bytes that the device copies in the time of an iteration; zero on
+    /// the CPU.
     pub bandwidth_floor: f64,
-    /// Dispatches a step; zero on the CPU, as the next two.
+    /// Dispatches per step; zero on the CPU, like the next two.
     pub dispatches: f64,
-    /// Submissions a step.
+    /// Submissions per step.
     pub submissions: f64,
-    /// Read-backs a step.
+    /// Read-backs per step.
     pub reads: f64,
     /// Largest overlap of all steps.
     pub max_overlap: f64,
-    /// Largest residual of all solves, as the solver saw it.
+    /// Largest residual of all solves, as reported by the solver.
     pub worst_residual: f64,
     /// Solves that did not converge.
     pub unconverged: u32,
 }
 
-/// Bytes that one product must move in 32-bit numbers, by row: both blocks of J twice (once by body, once by row), the
-/// row's number for each body, its bodies, both velocities, the multiplier, twice, and the result.
+/// Bytes per row that one product must move in 32-bit numbers: both blocks of J twice (once by body, once by row), the
+/// row index for each body, its bodies, both velocities, the multiplier, twice, and the result.
 fn product_bytes(constraints: usize, planar: bool, number: usize) -> f64 {
     let block = if planar { 4 * number } else { 8 * number };
     constraints as f64 * (4 * block + 2 * block + 2 * 4 + 8 + 4 * number) as f64
 }
 
-/// The scene of a kind, and so many bodies to start it from.
+/// Returns the scene of a kind, and `bodies` initial bodies.
 pub(super) fn start(kind: Kind, bodies: usize) -> Result<(Scene, Bodies), StudyError> {
     Ok((kind.scene()?, tiled(kind.state(), bodies)?))
 }
 
-/// Steps `bodies` bodies of a kind and times `steps` steps after `warm_up` others, in which pipelines are compiled and
-/// multipliers remembered.
+/// Times `steps` steps of `bodies` bodies of a kind, after `warm_up` other steps, which compile pipelines and store
+/// multipliers.
 pub fn measure(kind: Kind, bodies: usize, steps: [usize; 2], compute: &Compute) -> Result<Row, StudyError> {
     let bandwidth = match compute {
         Compute::Gpu { gpu, .. } => Some(copy_bandwidth(gpu)?),
@@ -137,7 +138,7 @@ pub fn measure(kind: Kind, bodies: usize, steps: [usize; 2], compute: &Compute) 
     measure_with(kind, bodies, steps, compute, bandwidth)
 }
 
-/// The same, with what the device copies a second where that is known.
+/// The same, with the copy bandwidth of the device if it is known.
 pub(super) fn measure_with(
     kind: Kind,
     bodies: usize,
@@ -208,7 +209,7 @@ pub(super) fn measure_with(
     })
 }
 
-/// The rows as a Markdown table.
+/// Returns the rows as a Markdown table.
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
         "| what | bodies | computed by | rows | ms a step | broad / narrow / solve / integrate / growth, ms | recursions | products | us an iteration | x copy floor | pairs/s | dispatches | submissions | read-backs | worst overlap | worst residual | unconverged |\n| --- | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",

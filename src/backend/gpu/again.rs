@@ -1,8 +1,8 @@
-//! A step that fails on the device is taken by the CPU, in f64, from the state that the device had accepted; the device
-//! goes on from the state that it leaves.
+//! If a step fails on the device, the CPU takes it, in f64, from the state that the device had accepted. The device
+//! continues from the resulting state.
 //!
-//! It costs the state's way to the host and back, and happens where the CPU would cut the step into pieces, or where
-//! the device's numbers or its solver, which has no factorization, end before the tolerance.
+//! This copies the state to the host and back. It happens where the CPU would divide the step into pieces, or where the
+//! precision of the device or its solver, which has no factorization, does not reach the tolerance.
 
 use super::Device;
 use super::keeper::Accepted;

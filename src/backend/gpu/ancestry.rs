@@ -1,4 +1,4 @@
-//! Who the bodies are and how they grow: kept on the host, which knows so who divides.
+//! The identities of the bodies and their growth, on the host. From them the host determines which bodies divide.
 
 use super::Setup;
 use crate::bodies::{Bodies, Lineage};

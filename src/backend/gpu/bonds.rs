@@ -1,5 +1,5 @@
-//! Bonds on the device: a kernel adds their loads to those of the host and of heat, another finds the bonds that break.
-//! The host keeps which bonds hold which bodies.
+//! Bonds on the device. A kernel adds their loads to those of the host and of heat; another finds the bonds that break.
+//! The host stores the bodies of each bond.
 
 use super::source::{between, changing};
 use super::start::Stages;

@@ -1,5 +1,5 @@
-//! The kernels of rows by branches: which branches of each pair get a row, their contacts, their rows, and what of them
-//! is remembered.
+//! The kernels of rows by branches: the choice of the branches of each pair that get a row, their contacts, their rows,
+//! and the multipliers that are stored for the next step.
 
 use super::Setup;
 use super::source::sheared::beside_images;

@@ -1,9 +1,8 @@
-//! Rows by branches on the device: each smooth branch of a pair's separation that may become active has a row of its
-//! own.
+//! Rows by branches on the device: each smooth branch of a pair's separation that may become active has its own row.
 //!
-//! A pair has one entry in the list of pairs. A mask in it says which of its branches get a row next; their contacts
-//! are staged at the places that the rows will have, and made into rows from there. Rows have the numbers of their
-//! branches, and multipliers are remembered by them.
+//! A pair has one entry in the list of pairs. A mask in the entry marks the branches that get a row next. Their
+//! contacts are staged at the indices of the future rows, and the rows are made from them. Each row stores the index of
+//! its branch, which is the key of its stored multiplier.
 
 use super::branch_source::{BranchKernels, FIRST_ROW};
 use super::candidates::Lists;

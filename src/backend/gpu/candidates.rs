@@ -1,5 +1,5 @@
-//! Candidate pairs on the device: a list that is kept while every body's box lies inside the box that it was made with,
-//! and what is remembered of each pair.
+//! Candidate pairs on the device: a list that is kept while the box of every body lies inside the box that the list was
+//! made with, and the stored values of each pair.
 
 use super::row_set::RowSet;
 use super::source::Kernels;

@@ -1,7 +1,7 @@
 //! The contacts of a state on a device, computed afresh, as [`crate::step::contacts`] and [`Walls::contacts`] do on the
-//! CPU: it shares nothing with the steps but the functions of separations.
+//! CPU: it shares only the separation functions with the steps.
 //!
-//! The host lists the candidates from boxes, with their images; the device computes their separations, normals and
+//! The host lists the candidates from boxes, with their images. The device computes their separations, normals and
 //! levers in its precision.
 
 use super::unrounded::coarse_and_fine;

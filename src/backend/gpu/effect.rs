@@ -1,9 +1,9 @@
-//! What contact does on the way to a trial, on the device. Two kernels write it into the report that the host reads of
-//! a trial anyway: one goes over the bodies, one over the pairs. A step whose contacts push apart what does not touch
-//! goes to the CPU, as one that fails, since rows are made anew there alone.
+//! The effect of contact during a trial, on the device. Two kernels write it into the report of a trial, which the host
+//! reads anyway: one kernel for the bodies, one for the pairs. If contacts of a step push bodies apart that do not
+//! touch, the CPU takes the step, like a step that fails, because only the CPU makes its rows again.
 //!
-//! What differs from the CPU: of a pair that pushes the nearest separation alone is looked at; with the paper's rows
-//! pairs are not looked at; bodies and pairs are named only where a promise is broken; energy is not measured.
+//! Differences from the CPU: only the nearest separation of a pair that pushes is checked; with the paper's rows, pairs
+//! are not checked; bodies and pairs are named only where a guarantee is violated; energy is not measured.
 
 use super::Setup;
 use super::narrow_phase::{NarrowPhase, Report};

@@ -1,5 +1,6 @@
-//! Where first rows are made: in the plane a part of a step ahead, where the last velocities lead, if no overlap there
-//! is deep; in a cell whose lengths change where its flow leads; else where the step begins.
+//! The state in which the first rows are made. In the plane it is the state one part of a step ahead, extrapolated with
+//! the last velocities, if no overlap there is deep. In a cell whose lengths change it is the state to which its flow
+//! leads. Otherwise it is the state at the beginning of the step.
 
 use super::Setup;
 use super::narrow_phase::Report;

@@ -1,6 +1,6 @@
-//! Growth and division on the device. Who divides and by which random turns is settled on the host, from lengths that
-//! are prescribed and so known without asking the device; what moves and turns the daughters is a kernel. Only where
-//! pressure slows growth is the state read back for it, each step.
+//! Growth and division on the device. The host decides which bodies divide and draws the random turns, because lengths
+//! are prescribed and so known without a read-back. A kernel moves and turns the daughters. Only where pressure slows
+//! growth, the state is read back for this in each step.
 
 use super::ancestry::Ancestry;
 use super::source::GrowthKernels;

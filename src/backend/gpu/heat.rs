@@ -1,4 +1,4 @@
-//! Brownian motion on the device: its kernel writes random loads into the array of those that the host computes.
+//! Brownian motion on the device. Its kernel writes random loads into the array of the loads that the host computes.
 
 use super::Setup;
 use super::source::{base, damped};

@@ -1,4 +1,4 @@
-//! Bodies that do not move, on the device: their motions are set to zero, and pairs of them are no pairs.
+//! Bodies that do not move, on the device. Their motions are set to zero, and two of them never form a pair.
 
 use super::candidates::Lists;
 use super::source::{Kernels, base, numbers, with_flags};

@@ -1,4 +1,4 @@
-//! The state that a device keeps, and the steps that it takes.
+//! The state that a device stores, and the steps that it takes.
 
 use super::ancestry::Ancestry;
 use super::states::{Poses, Shapes, States};

@@ -1,14 +1,14 @@
-//! The verbs of a timestep on a device: the bodies, their pairs, the rows and the LCP stay there. The host orders the
-//! work and reads a few words a stage: how many rows, whether the list of candidates still holds, the residual, the
-//! overlap.
+//! The verbs of a timestep on a device. The bodies, their pairs, the rows and the LCP stay on the device. The host
+//! controls the work and reads a few words per stage: the number of rows, whether the list of candidates is still
+//! valid, the residual, the overlap.
 //!
-//! A step passes through the CPU's stages, each in a file of its own with its buffers: its `start`, the `motions`,
-//! where `first` rows are made and from what (`near`), the `row_set`, the `solve` and the `trial`. `states` are the
-//! poses and shapes that all read, `narrow_phase` the candidate pairs and what the host reads of their separations.
-//! What a stage is made from is in `Stages`.
+//! A step has the same stages as on the CPU. Each stage has its own file and buffers: `start`, `motions`, `first` (the
+//! state in which the first rows are made), `near` (the inputs of rows), `row_set`, `solve` and `trial`. `states`
+//! contains the poses and shapes that all stages read. `narrow_phase` contains the candidate pairs and the separation
+//! values that the host reads. `Stages` contains the inputs of a stage.
 //!
-//! Only what the scene needs is made: kernels for the pairs that its shapes can form, buffers for the rows that there
-//! are.
+//! Only the objects that the scene needs are created: kernels for the pairs that its shapes can form, buffers for the
+//! rows that exist.
 
 mod again;
 mod ancestry;

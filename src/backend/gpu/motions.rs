@@ -1,5 +1,5 @@
-//! How bodies move on their own in a part of a step: loads, free velocities and mobilities where it begins, and the
-//! boxes there.
+//! The motion of bodies without contact in a part of a step: loads, free velocities, mobilities and boxes at the
+//! beginning of the part.
 
 use super::Setup;
 use super::bonds::BondBuffers;

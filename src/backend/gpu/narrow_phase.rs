@@ -1,5 +1,5 @@
-//! The separations of a step on the device, with a list of candidates that is complete for them, and what the host
-//! reads of them.
+//! The separations of a step on the device, with a complete list of candidates for them, and the values that the host
+//! reads.
 
 use super::candidates::Candidates;
 use super::motions::Motions;

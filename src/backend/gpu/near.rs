@@ -1,4 +1,4 @@
-//! What rows are made from, and the first rows of a part of a step: those of near pairs.
+//! The inputs of rows, and the first rows of a part of a step: those of near pairs.
 
 use super::Device;
 use super::candidates::Lists;

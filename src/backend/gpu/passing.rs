@@ -1,5 +1,6 @@
-//! Bodies that pass each other: a kernel says how far any surface moves. Where that is far enough, others say whether
-//! any two move so far against each other, and only where they do the host looks at the step's way.
+//! Bodies that pass each other. A kernel computes how far any surface moves. If that is far enough, further kernels
+//! test whether any two bodies move so far relative to each other. Only if they do, the host checks the path of the
+//! step.
 
 use super::motions::Motions;
 use super::narrow_phase::{NarrowPhase, Report};

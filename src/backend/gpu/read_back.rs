@@ -1,4 +1,4 @@
-//! What of the rows can be read back: for kept LCPs, diagnosis and tests.
+//! Read-backs of the rows, for kept LCPs, diagnosis and tests.
 
 use super::Device;
 use crate::constraint::FEATURE_OF_SURFACES;

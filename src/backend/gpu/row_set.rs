@@ -1,5 +1,5 @@
-//! The rows of a step on the device. They stand sorted by pair, in the order in which they were made within a pair;
-//! when pairs get more rows, all rows move to their new places and are changed in no other way.
+//! The rows of a step on the device. They are sorted by pair, and within a pair by the order in which they were made.
+//! When pairs get more rows, all rows move to their new indices and do not change otherwise.
 
 use super::branches::Branches;
 use super::near::RowInputs;

@@ -1,4 +1,4 @@
-//! What a scene means to its kernels and to the buffers of a run.
+//! The properties of a scene that determine its kernels and the buffers of a run.
 
 use crate::dynamics::{Bonds, Cells, Dynamics, Force, Heat, Strain, Stream};
 use crate::gpu::{GpuError, Lattice, LatticePeriods, Precision};

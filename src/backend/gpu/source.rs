@@ -1,4 +1,4 @@
-//! What every kernel of a step is assembled with: the scene's constants, forces and law.
+//! The common parts of every kernel of a step: the scene's constants, forces and contact law.
 
 pub(super) mod loads;
 pub(super) mod sheared;

@@ -1,7 +1,8 @@
-//! What a step starts from: its bodies with their lengths, its parts, and where walls and the cell are in them.
+//! The start of a step: its bodies with their lengths, its parts, and the positions of walls and cell in each part.
 //!
-//! A step of first order has one part, a midpoint step its first half and then the whole step with what is found in its
-//! middle. Forces, mobilities and first rows are those of where a part begins; moves are from the step's start.
+//! A step of first order has one part. A midpoint step has two: its first half, and then the whole step with the values
+//! at its midpoint. Forces, mobilities and first rows are evaluated at the beginning of a part; moves begin at the
+//! start of the step.
 
 use super::ancestry::Ancestry;
 use super::growing::GrowthBuffers;

@@ -1,7 +1,8 @@
-//! The bodies on the device, and the states of them that a step has.
+//! The bodies on the device and their states within a step.
 //!
-//! Positions are integer lattice cells and remainders, orientations and lengths coarse and fine parts, so that
-//! neighbours' differences are exact at any distance from the origin and steps far under a rounding add up.
+//! Positions are integer lattice cells and remainders; orientations and lengths are coarse and fine parts. So
+//! differences between neighbours are exact at any distance from the origin, and steps far smaller than a rounding
+//! error accumulate.
 
 use super::Setup;
 use super::start::Part;

@@ -1,4 +1,4 @@
-//! Small steps add up on the device: positions, orientations and lengths.
+//! Tests: small steps accumulate on the device, for positions, orientations and lengths.
 
 use super::narrow_phase::Report;
 use super::source::{Kernels, NEAR, VIOLATING, spinning};

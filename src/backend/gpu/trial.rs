@@ -1,4 +1,4 @@
-//! The trial: `U`, `C(U)`, what was found there, and the velocities that a part of a step ends with.
+//! The trial: `U`, `C(U)`, the results there, and the velocities at the end of a part of a step.
 
 use super::first::First;
 use super::motions::Motions;

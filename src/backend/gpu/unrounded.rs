@@ -1,4 +1,4 @@
-//! The numbers of bodies as a device holds them: made from bodies, and read back.
+//! The coordinates of bodies in the device's format: conversion from bodies, and reading back.
 
 use super::Setup;
 use super::states::{Poses, Shapes};

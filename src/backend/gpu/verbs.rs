@@ -1,4 +1,4 @@
-//! The verbs carried out.
+//! The implementation of the verbs.
 
 use super::Device;
 use super::source;

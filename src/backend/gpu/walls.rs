@@ -1,5 +1,5 @@
-//! Walls on the device: the list of candidate pairs goes on with the places of bodies that may come near a surface, so
-//! that all that is made of pairs is made of them too. The second number of such a pair says which surface and which
+//! Walls on the device. Pairs of a surface and a place of a body that may come near it follow in the list of candidate
+//! pairs, so that they are processed like all other pairs. The second index of such a pair encodes the surface and the
 //! place.
 
 use super::candidates::Lists;

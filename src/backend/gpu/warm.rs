@@ -1,5 +1,5 @@
-//! What pairs remember from step to step, as the host has it: given to the first list that the device makes, and read
-//! back.
+//! The values that pairs store from step to step, on the host. They are passed to the first list that the device makes,
+//! and read back.
 
 use super::Setup;
 use super::candidates::Candidates;

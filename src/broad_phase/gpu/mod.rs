@@ -1,19 +1,19 @@
 //! The search for touching boxes on the device: a hashed grid of several levels, sorted by cell.
 //!
-//! Boxes are classed by size into levels, coarser cells for larger boxes. A pair is found once: in its own level by the
-//! box whose cell comes first, between levels by the smaller box, so that no body's search is long because its box is
-//! large. Which cells to look through is computed from positions on the integer lattice, in integers, and so is exact
-//! at any distance from the origin. Cells are hashed into a table of as many columns as there are bodies, and boxes
-//! sorted by column.
+//! Boxes are classified by size into levels; larger boxes have coarser cells. Each pair is found once: within a level
+//! by the box whose cell comes first, between levels by the smaller box. So a large box does not make the search of its
+//! body long. The cells to search are computed in integers, from positions on the integer lattice, and so are exact at
+//! any distance from the origin. Cells are hashed into a table with one column per body, and boxes are sorted by
+//! column.
 //!
-//! In periodic space bodies are searched for where they are in one cell of it (`shaders/broad_phase/wrap.wgsl`), and
-//! the cells of the grid that a body looks through go round (`find_periodic.wgsl`), each looked through once however
-//! far the box reaches, so that a pair is found once though its boxes may touch through several images. The test of a
-//! pair is of the nearest image, along every axis the nearest of all.
+//! In periodic space, the search uses positions that are wrapped into one cell (`shaders/broad_phase/wrap.wgsl`), and
+//! the grid cells that a body searches wrap around (`find_periodic.wgsl`). Each grid cell is searched once, however far
+//! the box reaches. So a pair is found once, even if its boxes touch through several images. The test of a pair uses
+//! the nearest image, which is the nearest along every axis.
 //!
-//! Which body finds a pair, and when in its search, depends on boxes and cells. The list that is handed out is sorted
-//! by the pairs' bodies, so that its order tells nothing of the search: rows that are made from two lists with the same
-//! near pairs stand in one order, and a run that was resumed, which searches at other steps, comes to the same bits.
+//! The body that finds a pair, and the moment in its search, depend on boxes and cells. The returned list is sorted by
+//! the bodies of the pairs, so that its order does not depend on the search. Rows that are made from two lists with the
+//! same near pairs have the same order. So a resumed run, which searches at other steps, computes the same bits.
 //!
 //! Sorted cells: S. Green, "Particle simulation using CUDA", 2010. Levels: as in [`Grid`](super::Grid).
 

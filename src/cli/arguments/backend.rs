@@ -1,4 +1,4 @@
-//! Reads `--backend`, with a hint for the names that other programs have for a GPU.
+//! Reads `--backend`, with a hint for names that other programs use for a GPU.
 
 use super::run::Backend;
 use clap::builder::{EnumValueParser, PossibleValue, TypedValueParser};

@@ -1,4 +1,4 @@
-//! What a shell is offered for an argument: names of built-in scenes beside files and folders.
+//! Completions that a shell offers for an argument: names of built-in scenes, files and folders.
 
 use clap_complete::engine::{ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter};
 use relcp::scene::BuiltIn;
@@ -9,7 +9,7 @@ pub(super) fn scene() -> ArgValueCompleter {
     ArgValueCompleter::new(|typed: &OsStr| names_and(typed, &PathCompleter::file()))
 }
 
-/// A run or a scene: the same, and folders.
+/// A run or a scene: a built-in scene, a file or a folder.
 pub(super) fn run() -> ArgValueCompleter {
     ArgValueCompleter::new(|typed: &OsStr| names_and(typed, &PathCompleter::any()))
 }

@@ -1,4 +1,4 @@
-//! The program's arguments: its commands, and those of them that are small.
+//! The program's arguments: its commands, with the arguments of the small ones.
 
 mod backend;
 mod complete;
@@ -16,7 +16,7 @@ use relcp::figure::Format;
 use relcp::scene::nearest;
 use std::path::PathBuf;
 
-/// More threads than this are taken for a typing error.
+/// A larger number of threads is refused as a typing error.
 const MOST_THREADS: i64 = 1024;
 
 /// Rigid smooth bodies in contact: spheres, spherocylinders, ellipsoids and rings that do not overlap.
@@ -70,7 +70,7 @@ pub(super) enum Command {
     Batch(Batch),
     /// List the built-in scenes, or print one
     Scenes(Scenes),
-    /// Read and validate a scene, run nothing
+    /// Read and validate a scene, without running it
     Check(Check),
     /// Print the pairs of bodies that are near or overlap
     Contacts(Contacts),
@@ -82,7 +82,7 @@ pub(super) enum Command {
     Render(Render),
     /// Write one HTML file that shows a run in a browser
     View(View),
-    /// List the adapters of this machine, and which one would be used
+    /// List the adapters of this machine and mark the one that a run would use
     Devices(Devices),
     /// Print the JSON Schema of scene files, or of sweep files
     Schema(Schema),
@@ -92,10 +92,10 @@ pub(super) enum Command {
     Man(Man),
 }
 
-/// The files of figures.
+/// The formats of figures.
 #[derive(Args, Clone, Debug)]
 pub(super) struct Figures {
-    /// Formats of the figures, by commas: svg, pdf, png
+    /// Formats of the figures, separated by commas: svg, pdf, png
     #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = "svg")]
     pub(super) figures: Vec<Format>,
 }
@@ -151,7 +151,7 @@ pub(super) struct Scenes {
 
 #[derive(Args, Debug)]
 pub(super) struct Devices {
-    /// Show which adapter with this in its name would be used
+    /// Mark the adapter that a run would use with this --adapter
     #[arg(long, value_name = "NAME")]
     pub(super) adapter: Option<String>,
     #[command(flatten)]
@@ -181,9 +181,9 @@ impl Arguments {
     }
 }
 
-/// What was the command `study` is the program of another crate, which is not installed with this one.
-const STUDIES: &str =
-    "the studies are a program of their own; in the repository: cargo run --release -p relcp-lab -- NAME";
+/// The message for the former command `study`: the studies are a program of another crate, which is not installed with
+/// this one.
+const STUDIES: &str = "the studies are a separate program; in the repository: cargo run --release -p relcp-lab -- NAME";
 
 /// Suggests the nearest command for an unknown one, even if it is too short for clap.
 fn with_nearest_command(mut error: clap::Error) -> clap::Error {

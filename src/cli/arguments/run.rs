@@ -57,12 +57,11 @@ Examples:
   relcp run colony.json --out runs/slow --set growth.rate=0.1
   relcp run --resume --out runs/slow   resume a stopped run
   relcp run --resume --until 20 --out runs/slow
-      go on past its end
+      continue it past its end
   relcp run colony.json --json | jq .max_overlap
 
-Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does; a second one quits \
-at once.
-The folder has scene.json, steps.csv, states/, final.json, final.png, summary.json and the checkpoint.";
+Ctrl-C ends the run after the current step and writes a checkpoint. A second Ctrl-C quits at once.
+The folder contains scene.json, steps.csv, states/, final.json, final.png, summary.json and the checkpoint.";
 
 #[derive(Args, Debug)]
 #[command(after_help = RUN_EXAMPLES)]
@@ -112,15 +111,15 @@ fn seconds(text: &str) -> Result<Duration, String> {
 const BATCH_EXAMPLES: &str = "\
 Examples:
   relcp batch rates.json           every member, as many at once as cores
-  relcp batch rates.json --list    what would be run, and where
+  relcp batch rates.json --list    the members and their folders
   relcp batch rates.json --index 3 --threads 4
       one member, as a job of a cluster
-  relcp batch rates.json --table   the table of what is there so far
+  relcp batch rates.json --table   the table of the results so far
 
 A sweep file: {\"name\": \"rates\", \"scene\": \"colony\", \"set\": {\"time.end\": 4},
   \"grid\": {\"growth.rate\": [0.5, 1, 2]}, \"seeds\": {\"from\": 1, \"count\": 5}}
-The same command again leaves finished members alone and goes on with those that were stopped.
-Ctrl-C stops all of them with checkpoints. The exit status is the worst of the members'.";
+Repeat the command to continue the members that were stopped; finished members are left alone.
+Ctrl-C stops all of them with checkpoints. The exit status is the worst of all members.";
 
 #[derive(Args, Debug)]
 #[command(after_help = BATCH_EXAMPLES)]
@@ -141,10 +140,10 @@ pub(in crate::cli) struct Batch {
     /// Run only this member, numbered from 0, and write no table
     #[arg(long, value_name = "K", group = "part")]
     pub(in crate::cli) index: Option<usize>,
-    /// Print how many members there are, run nothing
+    /// Print the number of members, without running them
     #[arg(long, group = "part")]
     pub(in crate::cli) count: bool,
-    /// Print the members, what they vary, and their folders, run nothing
+    /// Print the members, their parameters and their folders, without running them
     #[arg(long, group = "part")]
     pub(in crate::cli) list: bool,
     /// Write the table of the results so far, without running

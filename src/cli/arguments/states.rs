@@ -1,4 +1,4 @@
-//! Arguments of commands that look at states: contacts, export, measure, render, view.
+//! Arguments of commands that read states: contacts, export, measure, render, view.
 
 use super::backend::BackendParser;
 use super::number::{length, positive, range, size};
@@ -21,7 +21,7 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(in crate::cli) struct Contacts {
-    /// A scene file, the name of a built-in scene, a run's final.json, one of its states (.npz; it knows no walls), or
+    /// A scene file, the name of a built-in scene, a run's final.json, one of its states (.npz, which has no walls), or
     /// a run's folder: its last state
     #[arg(value_name = "STATE", add = complete::run())]
     pub(in crate::cli) state: PathBuf,
@@ -53,9 +53,9 @@ Examples:
   relcp export runs/colony/final.json --format gsd --out final
   relcp export runs/colony --format vtk --cutoff 0.01 --json | jq .files
 
-gsd: a frame a state; a type of particles for each size of a shape (for growing rods, 256 classes; exact sizes \
-in log/).
-lammps, xyz: a frame a state, a line a body; rods in xyz are drawn by OVITO as spherocylinders.
+gsd: one frame per state; one particle type per size of a shape (256 classes for growing rods; log/ has the exact \
+sizes).
+lammps, xyz: one frame per state, one line per body; OVITO draws rods in xyz as spherocylinders.
 vtk: bodies.pvd, axes.pvd and contacts.pvd with the times of the run, and show.py, which shows them in ParaView.
 Every file appears whole or not at all.";
 
@@ -104,9 +104,9 @@ Examples:
   relcp measure runs/colony --last --json | jq '.states[0].values'
   relcp measure runs/colony/states/state_0000000100.npz --domain-angle 5
 
-measures.csv has a row a state, NAME.csv the rows of a profile by state, measures.json all of it; plots are SVG.
-What a state cannot give is an empty cell, and the reason stands in measures.json. Contact forces are known in \
-the checkpoint, and in all states of a run with output.forces; stress and force chains are measured of these.";
+measures.csv has one row per state, NAME.csv the rows of a profile by state, measures.json everything; plots are SVG.
+A value that a state cannot give is an empty cell; measures.json gives the reason. Stress and force chains need \
+contact forces: the checkpoint has them, and with output.forces all states of a run.";
 
 #[derive(Args, Debug)]
 #[command(after_help = MEASURE_EXAMPLES)]
@@ -114,9 +114,9 @@ pub(in crate::cli) struct Measure {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
     #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
-    /// These measures only, by commas or as often as needed: nematic, correlation, radius, packing, density, length,
-    /// contacts, stress, shear_stress, force_chains, microdomains, dissipation, msd, velocity_correlation, groups,
-    /// segregation, removal
+    /// Only these measures, separated by commas or by repeating the option: nematic, correlation, radius, packing,
+    /// density, length, contacts, stress, shear_stress, force_chains, microdomains, dissipation, msd,
+    /// velocity_correlation, groups, segregation, removal
     #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
     pub(in crate::cli) only: Vec<String>,
     /// The last state only
@@ -163,10 +163,9 @@ Examples:
   relcp render runs/colony --last --format pdf
       as vectors, for a paper
 
-frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says \
-which state each shows. What an earlier rendering left in the folder, whole or not, is replaced.
-A video is made where `ffmpeg` is on the path; an animated PNG needs none. A hardware GPU casts the rays if \
-there is one.";
+frames/000000.png and so on share one camera and one colour scale, fitted to all frames; frames.json lists the state \
+of each frame. The command replaces the frames of an earlier rendering, complete or not.
+A video needs `ffmpeg` on the path; an animated PNG does not. --backend gpu casts the rays on a GPU.";
 
 #[derive(Args, Debug)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -217,8 +216,8 @@ pub(in crate::cli) struct Render {
     /// Frames per second of the movie
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=MOST_A_SECOND))]
     pub(in crate::cli) fps: u32,
-    /// The movie, .png (animated) or .apng, and with `ffmpeg` .mp4, .mov or .mkv; without it movie.mp4, where there is
-    /// `ffmpeg`
+    /// Movie file: .png (animated) or .apng, or with `ffmpeg` .mp4, .mov or .mkv [default: movie.mp4, if `ffmpeg` is
+    /// installed]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "no_movie")]
     pub(in crate::cli) movie: Option<PathBuf>,
     /// Make no movie, even if `ffmpeg` is installed
@@ -240,11 +239,11 @@ pub(in crate::cli) struct Render {
 const VIEW_EXAMPLES: &str = "\
 Examples:
   relcp view runs/colony          every state, into runs/colony/view.html
-  relcp view runs/colony --open   and shows it in the browser
+  relcp view runs/colony --open   and opens it in the browser
   relcp view runs/colony --colour pressure --from 2 --every 5 --out colony.html
   relcp run colony --view         at the end of a run
 
-The file needs no network and no other file; send it, or put it beside a paper. docs/view.md has the keys.
+The file needs no network and no other file. docs/view.md lists the keys.
 The command replaces an earlier page only when the new one is complete.";
 
 #[derive(Args, Debug)]
@@ -271,7 +270,7 @@ pub(in crate::cli) struct View {
     /// Up to this time
     #[arg(long, value_name = "TIME", value_parser = length)]
     pub(in crate::cli) to: Option<f64>,
-    /// Open it in this machine's browser
+    /// Open the page in this machine's browser
     #[arg(long)]
     pub(in crate::cli) open: bool,
     /// Number of threads [default: one per core]. The bits of the results do not depend on it

@@ -1,4 +1,4 @@
-//! The functions that load and store a part of an element of an array in banks.
+//! The functions that load and store a part of an element of a banked array.
 
 use naga::{
     BinaryOperator, Block, Expression, Function, FunctionArgument, FunctionResult, GlobalVariable, Handle, Literal,

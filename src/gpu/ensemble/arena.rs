@@ -1,5 +1,5 @@
-//! The one buffer in which all arrays of all members lie. It grows by whole copies, between rounds; places in it stay
-//! what they are.
+//! The one buffer that contains all arrays of all members. It grows between rounds, by a copy of the whole buffer;
+//! offsets in it do not change.
 
 use crate::gpu::{Gpu, GpuError};
 use range_alloc::RangeAllocator;

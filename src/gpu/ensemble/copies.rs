@@ -1,8 +1,8 @@
-//! What members write, copy and clear between two dispatches, as one dispatch: recorded one by one, the twenty such
-//! pieces of a member's step took longer than all its other work but the solves.
+//! The writes, copies and clears of members between two dispatches, as one dispatch. Recorded one by one, the twenty
+//! such operations of a member's step took longer than all its other work except the solves.
 //!
-//! Pieces of one member may follow from each other and are done in their order, by one workgroup; those of different
-//! members never meet.
+//! Operations of one member may depend on each other, so one workgroup executes them in order. Operations of different
+//! members are independent.
 
 use super::pipeline::{ALIGNMENT, part};
 use super::round::Tables;

@@ -1,15 +1,15 @@
-//! Ensembles: many scenes that never meet, stepped on one device as if they were one.
+//! Ensembles: many independent scenes, stepped on one device as if they were one.
 //!
-//! Each member is a device of its own to those above: a [`Gpu`] with buffers, kernels, recorders and read-backs. Its
-//! buffers lie in one arena with those of the others. What it records is kept until it waits for an answer; then the
-//! work of all members that wait is put in order, the same kernels together, and each dispatch serves all members
-//! that ask for it (`merge`). So a launch, a submission and a read-back are paid once for all.
+//! To the layers above, each member is a device of its own: a [`Gpu`] with buffers, kernels, recorders and read-backs.
+//! One arena contains the buffers of all members. The commands that a member records are kept until it waits for a
+//! result. Then the work of all waiting members is ordered, equal kernels together, and each dispatch serves all
+//! members that request it (`merge`). So all members share the cost of a launch, a submission and a read-back.
 //!
-//! Members need not be alike: those that ask for other kernels, need more iterations, grow, end or fail only share
-//! fewer dispatches. Every member computes what it computes alone, in the same order of sums, so its bits do not
-//! depend on who is beside it, nor on when rounds begin.
+//! Members may differ: members that request other kernels, need more iterations, grow, end or fail only share fewer
+//! dispatches. Every member computes the same as it does alone, with the same order of sums, so its bits depend neither
+//! on the other members nor on the times at which rounds begin.
 //!
-//! A member that begins a step waits until no other is in the middle of one, so that members stay together.
+//! A member that begins a step waits until no other member is within a step, so that members stay synchronised.
 
 mod arena;
 mod copies;

@@ -1,9 +1,9 @@
-//! In which order the work of several members is done: each member's own in its order, and what members do alike
-//! together.
+//! The order of the work of several members. The work of each member keeps its order, and dispatches that several
+//! members share are merged.
 //!
-//! Members at the same point of their scenes ask for the same kernels one after the other, but for what only some of
-//! them need. The next dispatch is that of the member with most left to do, together with all others whose next one is
-//! the same kernel: who has more to do comes first to where the others are.
+//! Members at the same point of their scenes request the same sequence of kernels, except for the kernels that only
+//! some of them need. The next dispatch is that of the member with the most work left, merged with all members whose
+//! next dispatch uses the same kernel. So a member with additional work catches up with the others.
 
 /// What one dispatch or one set of copies does: the members that take part, each with the place of its piece of work.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! A compiled merged kernel, and what binds it.
+//! A compiled merged kernel and its bindings.
 
 use super::merge::{self, HEAD};
 use super::round::Tables;

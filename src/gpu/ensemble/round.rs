@@ -1,4 +1,4 @@
-//! A round: the work of several members recorded together, submitted at once, and one read-back for all of them.
+//! A round: the work of several members, recorded together and submitted at once, with one read-back for all of them.
 
 use super::arena::Arena;
 use super::copies::{self, Copies};

@@ -1,4 +1,4 @@
-//! What a member asks of the device: a list of dispatches and copies, and bytes to read afterwards.
+//! The work that a member requests from the device: a list of dispatches and copies, and bytes to read afterwards.
 
 use super::pipeline::Pipeline;
 use std::ops::Range;

@@ -24,10 +24,11 @@ const LEAST_ROWS: usize = 256;
 const FIRST_CHECK: u64 = 20;
 const CHECK_EVERY: u64 = 20;
 
-/// Most local attempts that may fail: the remaining rows may have no solution, which only iterations on all rows show.
+/// The largest number of failed local attempts: the remaining rows may have no solution, which only iterations on all
+/// rows can show.
 const MOST_ATTEMPTS: u32 = 3;
 
-/// It checks while the residual is at most so many tolerances.
+/// It checks only while the residual is at most this many tolerances.
 const NEARLY: f64 = 10.0;
 
 /// The solver and its state between problems.
@@ -72,7 +73,7 @@ impl<const D: usize> Auto<D> {
         (self.local, self.patient, self.team) = (None, false, None);
     }
 
-    /// Drops what it learnt from the last problem: the next one differs much.
+    /// Drops the state from the last problem, because the next one differs much.
     pub fn forget(&mut self) {
         (self.guarded, self.forecast) = (false, None);
     }
@@ -106,7 +107,7 @@ impl<const D: usize> Auto<D> {
         let tolerance = settings.tolerance;
         cpu.clear(&mut at.g);
         cpu.gradient(&at.x, &mut at.g);
-        // A start within the tolerance is iterated on as a whole.
+        // A start within the tolerance is iterated as a whole.
         if cpu.residual(&at.x, &at.g) <= tolerance || !local.is_worth(cpu, at, tolerance) {
             return None;
         }
@@ -236,7 +237,7 @@ mod tests {
     use crate::lcp::engine::Engine;
     use crate::lcp::{Problem, Solver, SolverKind};
 
-    /// Spheres in a line, each too near the next by one to two lengths: an iteration carries news by one body.
+    /// Spheres in a line, each too near the next by one to two lengths: an iteration passes information on by one body.
     pub(super) fn chain(links: u32) -> Problem<3> {
         let along = |x: f64| [x, 0.0, 0.0];
         Problem {
@@ -288,7 +289,7 @@ mod tests {
         let alone = fresh.solve_next(&problem, &mut Vec::new());
         assert_eq!(alone, hard);
         assert_eq!(solver.solve(&problem, &mut Vec::new()), hard);
-        // One that is solved at its start needs nobody.
+        // A problem that is solved at its start needs no iteration.
         let again = solver.solve_next(&problem, &mut gamma);
         assert_eq!((again.iterations, again.fallback, auto(&mut solver).guarded), (0, false, false));
     }

@@ -13,32 +13,32 @@ pub(super) const ITERATIONS_BEFORE_FORECAST: u64 = 200;
 /// Iterations between two measurements of the residual's decrease. The last two predict the remaining iterations.
 pub(super) const WINDOW: u64 = 100;
 
-/// The least part of the interior-point method's cost that `auto` spends on conjugate gradients first, as residuals
+/// The part of the interior-point method's cost that `auto` spends on conjugate gradients at least, because residuals
 /// stagnate at times: 0 to 0.3 cost the same within 3 %.
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 
-/// With nearly parallel rows, the part of it that conjugate gradients may still need. 200 LCPs of colonies take the
-/// same time within 4 % with none to a half, and up to 8 % more with all of it.
+/// With nearly parallel rows, the part of that cost that conjugate gradients may still need. 200 LCPs of colonies take
+/// the same time within 4 % with 0 to 0.5, and up to 8 % more with 1.
 const MOST_REMAINING: f64 = 0.25;
 
 /// Up to this many rows the interior-point method takes over as soon as the residuals show that conjugate gradients are
-/// slow: if cells fill a chamber, nearly singular wedges make residuals fall ever more slowly.
+/// slow: when cells fill a chamber, nearly singular wedges make residuals fall more and more slowly.
 const MOST_ROWS_WITHOUT_PATIENCE: usize = 1024;
 
 /// The cost of an iteration beside its rows, which matters if these are few: 170 rows of a chamber take 9 microseconds
-/// an iteration on one core, of which 12 nanoseconds a row (November 2026).
+/// per iteration on one core, of which 12 nanoseconds per row (November 2026).
 const NANOSECONDS_OF_AN_ITERATION: f64 = 6000.0;
 
-/// Nanoseconds of an iteration of the conjugate gradients for each row, on one core: 11 to 16 for 3,000 to 54,000 rows
-/// (November 2026), whatever the unknowns. The number of threads changes no decision, so that it changes no bits.
+/// Nanoseconds per row of an iteration of the conjugate gradients, on one core: 11 to 16 for 3,000 to 54,000 rows
+/// (November 2026), in the plane and in space. The number of threads changes no decision, so it changes no bits.
 const NANOSECONDS_OF_A_ROW: f64 = 12.0;
 
-/// The same for nearly parallel rows, in their pairs' order: 18 to 27, and 55 to 65 beyond the cache.
+/// The same for nearly parallel rows, in the order of their pairs: 18 to 27, and 55 to 65 if they exceed the cache.
 const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 20.0;
 
-/// Decides whether to take one more iteration: while all iterations together cost less than the safeguard would, and,
-/// if not `patient`, while the predicted remaining ones cost less than a part of it. Later problems of a step reuse its
-/// first forecast: they have the same pairs and few more.
+/// Decides whether to take one more iteration: yes while all iterations together cost less than the safeguard would,
+/// and, if not `patient`, while the predicted remaining ones cost less than a part of it. Later problems of a step
+/// reuse its first forecast: they have the same pairs and few more.
 pub(super) fn affordable<const D: usize, P: Portion<D>>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,
@@ -72,7 +72,7 @@ mod tests {
     use super::super::tests::chain;
     use super::*;
 
-    /// The iteration at which a residual that falls by a factor every hundred iterations is given up, where the
+    /// The iteration at which `auto` gives up if the residual falls by `factor` every hundred iterations and the
     /// safeguard costs as much as 2,000.
     fn given_up(factor: f64) -> u64 {
         let mut cpu = Cpu::<3>::default();
@@ -91,7 +91,7 @@ mod tests {
     fn a_solve_is_handed_over_where_what_is_left_costs_more_than_it_may() {
         assert_eq!(given_up(1.0), ITERATIONS_BEFORE_FORECAST);
         assert_eq!(given_up(1.5), ITERATIONS_BEFORE_FORECAST);
-        // Four decades are left after 200 iterations, at one for every hundred.
+        // Four decades are left after 200 iterations, at one decade per hundred.
         assert_eq!(given_up(10.0), 5_000);
     }
 }

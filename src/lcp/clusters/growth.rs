@@ -1,4 +1,4 @@
-//! How clusters grow, one after the other.
+//! Grows clusters, one after the other.
 
 use super::super::incidence::Incidence;
 use super::{MOST_BODIES, MOST_MEMBERS, MOST_ROWS};
@@ -8,15 +8,15 @@ pub(super) struct Growth<'a> {
     sides: &'a [[u32; 2]],
     incidence: &'a Incidence,
     bodies: usize,
-    /// Whether a body has a cluster.
+    /// Whether a body belongs to a cluster.
     assigned: Vec<bool>,
-    /// The present domain's rows, its bodies all of whose rows it has, and all bodies of its rows.
+    /// The rows of the present domain, the bodies all of whose rows are in it, and all bodies of its rows.
     rows: Marked,
     whole: Marked,
     touched: Marked,
 }
 
-/// A set of numbers that is emptied and shortened in the time of what is taken out.
+/// A set of indices. Clearing or truncating it takes time only for the removed entries.
 struct Marked {
     is: Vec<bool>,
     all: Vec<u32>,
@@ -41,7 +41,7 @@ impl Marked {
 }
 
 impl<'a> Growth<'a> {
-    /// For rows whose sides without mobility have the number `bodies`.
+    /// For rows whose sides without mobility have the index `bodies`.
     pub fn new(bodies: usize, sides: &'a [[u32; 2]], incidence: &'a Incidence) -> Self {
         Growth {
             sides,
@@ -54,7 +54,7 @@ impl<'a> Growth<'a> {
         }
     }
 
-    /// The rows of the cluster that begins at a body. None where the body is in a cluster already, or has no rows.
+    /// The rows of the cluster that starts at a body. None if the body is in a cluster already, or has no rows.
     pub fn domain(&mut self, first: u32) -> Option<Vec<u32>> {
         if self.assigned[first as usize] || self.incidence.of(first as usize).is_empty() {
             return None;
@@ -63,7 +63,7 @@ impl<'a> Growth<'a> {
             self.assigned[first as usize] = true;
             return None;
         }
-        // Bodies next to members, with the number of rows that join them.
+        // Bodies next to members, with the number of rows that connect them.
         let mut near: Vec<(u32, u32)> = Vec::new();
         let mut newest = first;
         for _ in 1..MOST_MEMBERS {

@@ -1,11 +1,11 @@
 //! Overlapping domains of rows: clusters of bodies that share rows, each grown by a layer of neighbours.
 //!
-//! A cluster begins at the lowest body without one in the order of [`super::numbering`] and grows by the body that most
-//! rows join to it. Its domain has all rows of its bodies and of their neighbours, so the rows of a pair stand
-//! together. Which partition it is hardly matters, and neither does the size of clusters; the layer does.
+//! A cluster starts at the first body without a cluster in the order of [`super::numbering`]. It grows by the body with
+//! the most rows to it. Its domain has all rows of its bodies and of their neighbours, so a pair has all its rows in
+//! the domain. The partition and the size of clusters hardly matter; the layer does.
 //!
-//! Degenerate cases: a body beyond the limits with its layer has a domain of its own rows alone, and none where these
-//! are too many. A side without mobility (a wall) joins nobody.
+//! Degenerate cases: a body that with its layer exceeds the limits has a domain with only its own rows, and none if
+//! these are too many. A side without mobility (a wall) connects no bodies.
 
 mod growth;
 mod on_cpu;
@@ -15,28 +15,30 @@ use super::numbering;
 use growth::Growth;
 pub(crate) use on_cpu::Clusters;
 
-/// Bodies of a cluster at most, without the layer. On a colony of 4,096 cells 8, 16 and 64 take 364, 312 and 252
-/// iterations; the work of an iteration grows with it where rows are many in a domain.
+/// The largest number of bodies in a cluster, without the layer. On a colony of 4,096 cells 8, 16 and 64 take 364, 312
+/// and 252 iterations; the work of an iteration grows with it if a domain has many rows.
 const MOST_MEMBERS: usize = 16;
 
-/// Steps of conjugate gradients in each local LCP: 5, 10 and 20 take 493, 266 and 239 iterations there, and in all 5.0,
-/// 5.3 and 9.1 thousand local steps.
+/// Steps of conjugate gradients in each local LCP: 5, 10 and 20 take 493, 266 and 239 iterations on that colony, and
+/// 5.0, 5.3 and 9.1 thousand local steps in total.
 pub(crate) const LOCAL_STEPS: usize = 10;
 
-/// The part of its diagonal that is added to the matrix of a local LCP, so that multipliers which balance each other do
-/// not run away within a cluster. With exact local solves 1e-6, 1e-4 and 1e-3 take 312, 297 and 437 iterations.
+/// The part of its diagonal that is added to the matrix of a local LCP, so that multipliers that balance each other
+/// within a cluster do not grow without bounds. With exact local solves 1e-6, 1e-4 and 1e-3 take 312, 297 and 437
+/// iterations.
 pub(crate) const COMPLIANCE: f64 = 1e-4;
 
-/// A domain is left alone where the residuals of its rows are at most this part of the tolerance. Without that later
-/// LCPs of a step, which are solved nearly everywhere, take twice the iterations.
+/// A domain is skipped if the residuals of its rows are at most this part of the tolerance. Without this, later LCPs of
+/// a step, which are solved nearly everywhere, take twice the iterations.
 pub(crate) const QUIET: f64 = 0.3;
 
-/// The number of a side without mobility.
+/// The body index of a side without mobility.
 pub(crate) const NOBODY: u32 = u32::MAX;
 
-/// What a domain may have at most, for the memory of a workgroup on a device: the domains are the same everywhere.
+/// The largest number of rows in a domain, for the memory of a workgroup on a device. The domains are the same on all
+/// backends.
 pub(crate) const MOST_ROWS: usize = 256;
-/// Bodies of its rows, those that only neighbours touch included.
+/// The largest number of bodies of its rows, including those that only neighbours touch.
 pub(crate) const MOST_BODIES: usize = 96;
 
 /// The rows of every domain, ascending, from the bodies of each row, [`NOBODY`] for sides without mobility.
@@ -46,7 +48,7 @@ pub(crate) fn domains(bodies: usize, sides: &[[u32; 2]]) -> Vec<Vec<u32>> {
     numbering::of_joined(bodies, &joined, &mut place);
     let body = |side: u32| if side == NOBODY { bodies as u32 } else { place[side as usize] };
     let sides: Vec<[u32; 2]> = sides.iter().map(|sides| sides.map(body)).collect();
-    // Walls have the list after all others, which nobody looks at.
+    // Walls have the list after all others, which is never read.
     let mut incidence = Incidence::default();
     incidence.rebuild(bodies + 1, &sides);
     let mut growth = Growth::new(bodies, &sides, &incidence);
@@ -100,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_body_with_many_neighbours_has_a_domain_of_its_own_rows_or_none() {
-        // Bodies at a large one, with another body behind each of them.
+        // Bodies around a large one, with another body behind each of them.
         for (others, whole) in [(20, true), (60, false), (200, false)] {
             let mut sides: Vec<[u32; 2]> = (1..=others).map(|other| [0, other]).collect();
             sides.extend((1..=others).map(|other| [other, others + other]));

@@ -13,24 +13,24 @@ use rayon::prelude::*;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters<const D: usize> {
     local: Vec<Local<D>>,
-    /// Whether a row is in one of them.
+    /// Whether a row is in a cluster.
     covered: Vec<bool>,
 }
 
 /// One local LCP.
 #[derive(Clone, Debug)]
 struct Local<const D: usize> {
-    /// Its rows by their numbers in the whole, in the order of its own.
+    /// The global indices of its rows, in its own order.
     rows: Vec<u32>,
     cpu: Cpu<D>,
     method: PairBlockCg<Vec<f64>, f64>,
     at: Point<Vec<f64>>,
-    /// What the steps led to: where they began, then how far that is.
+    /// The result of the steps: first their start, then the displacement from it.
     displacement: Vec<f64>,
 }
 
 impl<const D: usize> Clusters<D> {
-    /// Of these rows. A side whose block is zero has no mobility.
+    /// The local LCPs of these rows. A side with a zero block has no mobility.
     pub fn new(bodies: usize, rows: &cpu::Rows<'_, D>) -> Self {
         let moving = |(pair, blocks): (&[u32; 2], &[[f64; D]; 2])| {
             [0, 1].map(|side: usize| if blocks[side] == [0.0; D] { NOBODY } else { pair[side] })
@@ -43,13 +43,13 @@ impl<const D: usize> Clusters<D> {
         Clusters { local, covered }
     }
 
-    /// Puts the sum of the local displacements where a row is in a cluster. `s` is the diagonal of `A`.
+    /// Writes the sum of the local displacements for every row in a cluster. `s` is the diagonal of `A`.
     pub fn descend(&mut self, x: &[f64], g: &[f64], s: &[f64], tolerance: f64, out: &mut [f64]) {
         self.local.par_iter_mut().for_each(|local| local.descend(x, g, s, tolerance));
         for (out, covered) in out.iter_mut().zip(&self.covered) {
             *out = if *covered { 0.0 } else { *out };
         }
-        // One after the other: the bits do not depend on threads.
+        // One after the other, so that the bits do not depend on threads.
         for local in &self.local {
             for (row, moved) in local.rows.iter().zip(&local.displacement) {
                 out[*row as usize] += moved;

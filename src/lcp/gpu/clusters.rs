@@ -1,4 +1,4 @@
-//! The clusters of a problem as a device reads them (`shaders/lcp/cluster.wgsl`), made by the host from the pairs.
+//! The clusters of a problem in the device's format (`shaders/lcp/cluster.wgsl`). The host makes them from the pairs.
 
 use crate::lcp::clusters::{MOST_BODIES, MOST_ROWS, NOBODY, domains};
 use crate::lcp::incidence::Incidence;

@@ -1,4 +1,4 @@
-//! The kernels of one solver, assembled for a number type, a dimension and a kind of solver.
+//! The kernels of one solver, assembled for a number type, a dimension and a solver kind.
 
 use super::layout::{GRID_WORDS, HALT, LOOKS, NUMBERS, REDUCTIONS, Slots};
 use super::number::{Operation, RING};

@@ -1,4 +1,4 @@
-//! The layout of vectors, numbers and parameters on the device.
+//! The layout of vectors, scalars and parameters on the device.
 
 use super::number::RING;
 use crate::gpu::Precision;

@@ -1,7 +1,8 @@
 //! Runs tapes: buffers, kernels, and the two ways to run a tape.
 //!
-//! A large problem takes one dispatch a stage; all but the first few are indirect, so that what follows the last
-//! iteration of a batch costs next to nothing. A small one is run by a single workgroup, whole batches at once.
+//! A large problem needs one dispatch per stage. All dispatches but the first few are indirect, so that the stages
+//! after the last iteration of a batch cost almost nothing. A single workgroup runs a small problem, a whole batch at
+//! once.
 
 use super::clusters::Tables;
 use super::kernels::{Kernels, MOST_EXACT, Variant};

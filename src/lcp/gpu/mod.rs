@@ -1,8 +1,8 @@
 //! The LCP on the device.
 //!
 //! The solvers are those of the CPU, written over [`Verbs`](super::verbs::Verbs). Here the verbs write a tape of
-//! instructions, which is cut into stages and run some iterations at a time; whether they converged is decided on the
-//! device, and the host reads a few residuals a batch.
+//! instructions, which is divided into stages and executed some iterations at a time. The device tests convergence, and
+//! the host reads a few residuals per batch.
 
 mod clusters;
 mod kernels;

@@ -1,8 +1,9 @@
-//! Numbers that live on the device. Arithmetic with them is noted in a list of the thread, in order, and done later.
+//! Scalars that live on the device. Arithmetic with them is recorded in a list of the thread, in order, and executed
+//! later.
 //!
-//! A number is an entry of a ring on the device, so one that was made long ago is overwritten. No solver keeps a number
-//! for longer than two iterations, which make about a quarter of the ring. A solve that reads a number older than half
-//! the ring ends with a fault: the other half is for stages that are done in another order than they were noted.
+//! A scalar is an entry of a ring on the device, so old scalars are overwritten. No solver keeps a scalar for longer
+//! than two iterations, which fill about a quarter of the ring. A solve that reads a scalar older than half the ring
+//! ends with a fault: the other half is for stages that are executed in another order than they were recorded.
 
 use crate::lcp::verbs::Scalar;
 use std::cell::RefCell;

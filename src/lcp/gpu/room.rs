@@ -1,4 +1,4 @@
-//! What a stage uses of the parameters that a dispatch passes: the places of vectors and of numbers, each once.
+//! The parameters of a dispatch that a stage uses: the offsets of vectors and of scalars, each once.
 
 use super::layout::{CONSTANTS, FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
 use super::number::Operation;

@@ -1,8 +1,8 @@
-//! A stage's kernel. Stages that differ only in which vectors and numbers they use have the same shape and share a
-//! kernel; each dispatch passes the places of its vectors and numbers as parameters.
+//! A stage's kernel. Stages that differ only in the vectors and scalars that they use have the same shape and share a
+//! kernel. Each dispatch passes the offsets of its vectors and scalars as parameters.
 //!
-//! A kernel made for its stage keeps intermediate results in registers. Interpreting the instructions took five to ten
-//! times as long on a software adapter.
+//! A kernel specialised for its stage keeps intermediate results in registers. Interpreting the instructions took five
+//! to ten times as long on a software adapter.
 
 use super::layout::FIRST_CONSTANT;
 use super::number::{Operation, RING};

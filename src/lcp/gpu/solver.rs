@@ -1,4 +1,4 @@
-//! One door to the solvers on the device.
+//! The common entry point to the solvers on the device.
 
 use super::kernels::Variant;
 use super::layout::{LOOKS, Slots};

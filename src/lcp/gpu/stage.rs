@@ -1,4 +1,4 @@
-//! What one dispatch does.
+//! The work of one dispatch.
 
 use super::layout::REDUCTIONS;
 use super::number::Operation;
@@ -97,7 +97,7 @@ impl Action {
 /// One instruction: what, out (of a sum: which one of its stage), three vectors, two numbers.
 pub(super) type Words = [u32; 8];
 
-/// What one dispatch does.
+/// The work of one dispatch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Stage {
     /// Operations on numbers, done first. They may take the sums of the stage before.

@@ -1,10 +1,10 @@
 //! A tape for the one workgroup of a small problem.
 //!
-//! The works of a segment's stages and the operations between them are its elements. Iterations repeat the same ones
-//! with other vectors and numbers: they have a kernel made for them, which keeps intermediate results in registers, has
-//! no branches and does iteration after iteration. What comes once, before and after them, is read as [`Turns`] by a
-//! kernel that all solves share: interpreting takes some five times as long on a software adapter, but a kernel for
-//! everything would take minutes to compile.
+//! Its elements are the works of a segment's stages and the operations between them. Iterations repeat the same
+//! elements with other vectors and scalars. They have a specialised kernel, which keeps intermediate results in
+//! registers, has no branches and runs iteration after iteration. A kernel that all solves share reads the elements
+//! before and after the iterations as [`Turns`]: interpreting takes some five times as long on a software adapter, but
+//! a specialised kernel for everything would take minutes to compile.
 
 use super::layout::{MOST_NUMBERS, MOST_VECTORS, Parameters};
 use super::shape::{Shape, ShapeWork, StageArguments};

@@ -1,14 +1,14 @@
-//! The tape: what verbs and arithmetic asked for, ordered into stages.
+//! The tape: the operations that verbs and arithmetic recorded, ordered into stages.
 //!
-//! A stage is what one dispatch does: operations on numbers, then instructions on rows with the small problems of the
-//! pairs between them, or one pass over the bodies. An instruction goes to the first stage that it can be done in. So
-//! one that waits for a number does not hold up those after it that do not.
+//! A stage is the work of one dispatch: operations on scalars, then instructions on rows with the small problems of the
+//! pairs between them, or one pass over the bodies. An instruction goes to the first stage that can execute it. So an
+//! instruction that waits for a scalar does not delay later instructions that do not wait.
 //!
-//! * The sums that a stage makes are brought together at the beginning of the next stage, with the operations that
-//!   wait for them.
+//! * The beginning of the next stage completes the sums that a stage computes, and executes the operations that wait
+//!   for them.
 //! * A stage has at most one instruction on whole pairs. A product needs all of a vector and is two stages.
-//! * What is looked at (the iterate and its gradient) stays as it was looked at until the look is done, because
-//!   nothing that follows may be done if the look ends the solve.
+//! * The vectors of a convergence test (the iterate and its gradient) stay unchanged until the test is complete,
+//!   because nothing that follows may be executed if the test ends the solve.
 
 use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation};

@@ -1,4 +1,4 @@
-//! The verbs on the device against those on the CPU, each alone.
+//! Tests of the verbs on the device against those on the CPU, one by one.
 
 mod clusters;
 mod cone;

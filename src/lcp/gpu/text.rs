@@ -1,4 +1,4 @@
-//! The text of a stage's kernel, after the fragments that it calls.
+//! The text of a stage's kernel. It follows the fragments that the kernel calls.
 
 use super::layout::MOST_VECTORS;
 use super::number::Operation;

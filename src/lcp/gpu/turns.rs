@@ -1,5 +1,5 @@
-//! Turns of the one workgroup of a small problem, read from a program: each does rows, pairs, bodies, a product, rows
-//! again and a finish, or nothing for some of these.
+//! Turns of the one workgroup of a small problem, read from a program. Each turn consists of rows, pairs, bodies, a
+//! product, rows again and a finish; each of these may be empty.
 
 use super::layout::FIRST_CONSTANT;
 use super::stage::{Bodies, Product, Rows, Words, Work, packed};

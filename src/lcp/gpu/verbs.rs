@@ -1,4 +1,4 @@
-//! The verbs on the device. They write the tape; only reading runs it.
+//! The verbs on the device. They append to the tape; only a read executes it.
 
 use super::layout::{HALT, LOOKS};
 use super::machine::{Confirmation, Machine, Task};

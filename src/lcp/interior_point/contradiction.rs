@@ -1,22 +1,22 @@
 //! The proof that rows have no common solution of ordinary size (Farkas).
 //!
 //! If `J v + q >= 0`, then `0 <= y . (J v + q)` for every `y >= 0`, so `-y . q <= sum over bodies |(J^T y)_b| |v_b|`:
-//! some body moves by at least `-y . q / sum |(J^T y)_b|`. Where the rows contradict each other, steps of the
-//! multipliers grow along such a `y` with `J^T y` near zero.
+//! some body moves by at least `-y . q / sum |(J^T y)_b|`. If the rows contradict each other, steps of the multipliers
+//! grow along such a `y` with `J^T y` near zero.
 
 use super::rows::UnitRows;
 use crate::lcp::product::dot;
 
-/// A solution that moves a body by more than this many times the deepest violation is none: a chain of `n` bodies that
-/// push each other apart moves its ends by `n / 2` violations, and rows that are opposite but for an angle of 1e-3 ask
-/// for a thousand. With 1e8, five of 120 contradictions are given up before they are proven; with 1e6 none is, with 1e5
-/// it takes three steps fewer.
+/// A solution that moves a body by more than this many times the deepest violation does not count. A chain of `n`
+/// bodies that push each other apart moves its ends by `n / 2` violations, and rows that are opposite up to an angle of
+/// 1e-3 need a thousand. With 1e8, five of 120 contradictions are given up before they are proven; with 1e6 none is;
+/// with 1e5 the proof takes three steps fewer.
 const ORDINARY: f64 = 1e6;
 
-/// What rounding may have left of a sum, in parts of its terms' sizes.
+/// The rounding error of a sum, relative to the size of its terms.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Whether some `y` with no negative number, whose `J^T y` is `v`, proves that the rows have no solution.
+/// Whether `y >= 0`, with `J^T y = v`, proves that the rows have no solution.
 pub(super) fn proven<const D: usize>(rows: &UnitRows<D>, y: &[f64], v: &[[f64; D]]) -> bool {
     let (mut gain, mut terms, mut weight) = (0.0, 0.0, 0.0);
     for (y, q) in y.iter().zip(&rows.q) {
@@ -51,7 +51,7 @@ mod tests {
             proven(&rows, &y, &v)
         };
         assert!(proven(-0.1, [1.0, 1.0]) && proven(0.0999, [3e5, 3e5]));
-        // Room is left, or none but no contradiction either, or the multipliers do not show it.
+        // The rows leave room, or they leave none but do not contradict each other, or the multipliers do not show it.
         assert!(!proven(0.2, [1.0, 1.0]) && !proven(0.1, [1e9, 1e9]) && !proven(0.1, [0.7, 0.7]));
         assert!(!proven(-0.1, [1.0, 0.9]) && !proven(-0.1, [0.0, 0.0]));
     }

@@ -5,20 +5,21 @@ use super::normal_matrix::{NormalMatrix, Refused};
 use super::rows::UnitRows;
 use crate::lcp::cone::{Inner, is_outside, lack, project};
 
-/// The proximal term: `A + REGULARIZATION` stands for `A` in a step, rows having length one. Measured (November 2026)
-/// on the five stored systems, 700 random ones whose rows repeat, oppose or nearly oppose each other, and 120
+/// The proximal term: a step uses `A + REGULARIZATION` in place of `A`, with rows of length one. Measured (November
+/// 2026) on the five stored systems, 700 random ones with repeated, opposite or nearly opposite rows, and 120
 /// contradictory ones: 1e-10, 1e-11 and 1e-12 take 105, 97 and 95 steps for the stored ones, at most 33, 25 and 23 for
-/// one; the others differ by 3 %. At 1e-8 some need three times the steps, and velocities of nearly parallel rows are
-/// off by 3e-7.
+/// one system; the others differ by 3 %. At 1e-8 some need three times the steps, and velocities of nearly parallel
+/// rows have errors of 3e-7.
 const REGULARIZATION: f64 = 1e-12;
 
-/// Where multipliers and slacks start, in units of the violations and what mends them. On the stored systems 1, 3, 10,
-/// 30 and 100 take 134, 103, 95, 98 and 108 steps in all; the small random ones like smaller ones.
+/// The start of multipliers and slacks, in units of the violations and of the multipliers that correct them. On the
+/// stored systems 1, 3, 10, 30 and 100 take 134, 103, 95, 98 and 108 steps in total; the small random ones take fewer
+/// steps with smaller values.
 const START: f64 = 10.0;
 
-/// A step leaves at least and at most this part of the way to the first bound, between them the part by which the
-/// predicted step fell short. Where at most 0.005 or 0.01 is left, some random systems cycle for up to 45 steps, one
-/// without end; 0.1 costs a tenth more. At least 1e-3 costs 5 %, 1e-9 changes nothing.
+/// The part of the distance to the first bound that a step leaves, at least and at most; between them it is the part by
+/// which the predicted step fell short. With an upper limit of 0.005 or 0.01, some random systems cycle for up to 45
+/// steps, and one does not end; 0.1 costs a tenth more. A lower limit of 1e-3 costs 5 %, 1e-9 changes nothing.
 const SHORTEST_OF: f64 = 1e-6;
 const LONGEST_OF: f64 = 3e-2;
 
@@ -35,7 +36,7 @@ impl Direction {
     }
 }
 
-/// The iterate, and room for its step.
+/// The iterate, and scratch space for its step.
 #[derive(Default)]
 pub(super) struct Iterate<const D: usize> {
     gamma: Vec<f64>,
@@ -48,21 +49,22 @@ pub(super) struct Iterate<const D: usize> {
     velocity: Vec<[f64; D]>,
     predicted: Direction,
     step: Direction,
-    /// What is added to the diagonal of `A`, which is one.
+    /// The compliance that is added to the diagonal of `A`, which is one.
     compliance: f64,
-    /// Products with a half of `A`, `J^T x` or `J v`, made since [`Iterate::reset`].
+    /// The number of half products, `J^T x` or `J v`, since [`Iterate::reset`].
     pub halves: u64,
 }
 
 impl<const D: usize> Iterate<D> {
-    /// Forgets all.
+    /// Resets everything.
     pub fn reset(&mut self, compliance: f64) {
         self.compliance = compliance;
         self.halves = 0;
         self.step.gamma.clear();
     }
 
-    /// Starts where the violated rows alone, as springs, would push; all rows equally complementary where they can be.
+    /// Starts from the multipliers that the violated rows would have as springs, with equal complementarity of all rows
+    /// where possible.
     pub fn begin(&mut self, rows: &UnitRows<D>, matrix: &mut NormalMatrix<D>) -> Result<(), Refused> {
         let fill = |x: &mut Vec<f64>, value: &dyn Fn(f64) -> f64| {
             x.clear();
@@ -103,7 +105,7 @@ impl<const D: usize> Iterate<D> {
         }
     }
 
-    /// How far slacks are from the gaps, at most.
+    /// The largest difference between a slack and its gap.
     pub fn infeasibility(&self) -> f64 {
         self.g.iter().zip(&self.slack).fold(0.0, |largest, (g, slack)| largest.max((g - slack).abs()))
     }
@@ -128,7 +130,7 @@ impl<const D: usize> Iterate<D> {
         }
         matrix.factorize(rows, &self.weight)?;
         let (mut predicted, mut step) = (std::mem::take(&mut self.predicted), std::mem::take(&mut self.step));
-        // The predictor aims at the bounds; how far it gets says how much centring the step needs.
+        // The predictor aims at the bounds; the length of its step determines the centring.
         self.newton(rows, matrix, |_| 0.0, &mut predicted);
         let part = self.room(&predicted).min(1.0);
         let centre = self.centre(&predicted, part);
@@ -167,7 +169,7 @@ impl<const D: usize> Iterate<D> {
         slack.extend((0..rows.len()).map(change));
     }
 
-    /// `gamma slack` that a step aims at, Mehrotra's cubic rule.
+    /// The target of `gamma slack` for a step, by Mehrotra's cubic rule.
     fn centre(&self, predicted: &Direction, part: f64) -> f64 {
         let (mut now, mut then) = (0.0, 0.0);
         for i in 0..self.gamma.len() {
@@ -177,12 +179,12 @@ impl<const D: usize> Iterate<D> {
         (then / now).powi(3) * now / self.gamma.len() as f64
     }
 
-    /// How far a direction goes before a multiplier or a slack is at its bound.
+    /// The largest step along a direction before a multiplier or a slack reaches its bound.
     fn room(&self, along: &Direction) -> f64 {
         (0..self.gamma.len()).map(|i| self.at(i).room(along.of(i))).fold(f64::INFINITY, f64::min)
     }
 
-    /// The two numbers of a row.
+    /// The multiplier and the slack of a row.
     fn at(&self, row: usize) -> Inner {
         Inner { gamma: self.gamma[row], slack: self.slack[row] }
     }

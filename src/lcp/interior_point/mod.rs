@@ -3,14 +3,14 @@
 //!
 //! The LCP's multipliers are those of the strictly convex program `min 1/2 |v|^2` subject to `J v + q >= 0`, whose
 //! solution is `v = J^T gamma`. Steps are Mehrotra's (On the implementation of a primal-dual interior point method,
-//! 1992). Each factorizes one matrix `I + J^T W J`, a block a body and a pair (see [`normal_matrix`]), so that the size
-//! of the factor does not grow with rows of the same pair. The proximal term of Friedlander and Orban (A primal-dual
-//! regularized interior-point method for convex quadratic programs, 2012) on the multipliers bounds `W`, so that rows
-//! may repeat, be parallel or opposite without room between them. Rows are scaled to length one first; zero rows are
-//! left out and judged by their gap.
+//! 1992). Each factorizes one matrix `I + J^T W J` with one block per body and per pair (see [`normal_matrix`]), so
+//! that the size of the factor does not grow with rows of the same pair. The proximal term of Friedlander and Orban (A
+//! primal-dual regularized interior-point method for convex quadratic programs, 2012) on the multipliers bounds `W`, so
+//! that rows may be repeated, parallel, or opposite without room between them. Rows are first scaled to length one;
+//! zero rows are left out, and only their gap is checked.
 //!
-//! It takes some 10 to 30 factorizations whatever the conditioning, starts from the violations alone, never from
-//! `gamma`, and runs on one thread.
+//! It takes some 10 to 30 factorizations at any conditioning, starts from the violations, never from `gamma`, and runs
+//! on one thread.
 
 mod contradiction;
 mod iterate;
@@ -27,20 +27,20 @@ use iterate::Iterate;
 use normal_matrix::{NormalMatrix, Refused};
 use rows::UnitRows;
 
-/// Most numbers in the factor, 256 MiB: planar systems of some 200,000 rows. A square lattice with 100,833 rows has
-/// 13.9 million, a colony's system with 3,602 has 0.11 million.
+/// The largest number of entries in the factor, 256 MiB: planar systems of some 200,000 rows. A square lattice with
+/// 100,833 rows has 13.9 million, a colony's system with 3,602 has 0.11 million.
 const LARGEST_FACTOR: usize = 1 << 25;
 
-/// Most iterations: of some 800 systems of all kinds none took more than 27.
+/// The largest number of iterations: of some 800 systems of all kinds none took more than 27.
 pub(crate) const MOST_ITERATIONS: u64 = 100;
 
-/// Iterations in which neither the residual nor the infeasibility is halved, after which there is no hope. With 8 or
+/// The solve ends after this many iterations in which neither the residual nor the infeasibility was halved. With 8 or
 /// 10, two to four of 120 contradictions are given up before they are proven; with 15 none; 30 changes nothing.
 const PATIENCE: u64 = 15;
 
-/// What a solve costs, for [`InteriorPoint::forecast`]: steps, and nanoseconds of one for each multiplication of its
-/// factorization and for each unknown. Steps of five systems of 864 to 12,288 unknowns take 0.8 to 22 ms on one core
-/// (November 2026), these numbers 0.6 to 22.
+/// The cost model of [`InteriorPoint::forecast`]: the number of steps, and the nanoseconds of a step per multiplication
+/// of its factorization and per unknown. Steps of five systems of 864 to 12,288 unknowns take 0.8 to 22 ms on one core
+/// (November 2026); the model gives 0.6 to 22.
 const STEPS: f64 = 20.0;
 const NANOSECONDS_OF_A_MULTIPLICATION: f64 = 0.25;
 const NANOSECONDS_OF_AN_UNKNOWN: f64 = 650.0;
@@ -48,16 +48,16 @@ const NANOSECONDS_OF_AN_UNKNOWN: f64 = 650.0;
 /// The part of the best residual, and of the least infeasibility, that counts as a gain.
 const GAIN: f64 = 0.5;
 
-/// The solver. Its buffers are used again for the next problem.
+/// The solver. Its buffers are reused for the next problem.
 pub(crate) struct InteriorPoint<const D: usize> {
     rows: UnitRows<D>,
     matrix: NormalMatrix<D>,
     iterate: Iterate<D>,
-    /// The best multipliers so far, and the residual of the rows that are not zero there.
+    /// The best multipliers so far, and the residual of the nonzero rows there.
     best: Vec<f64>,
     residual: f64,
     largest_factor: usize,
-    /// What was found out about the patterns of the present problem, if anyone asked.
+    /// The result of the pattern analysis of the present problem, if it was made.
     analysed: Option<Result<(), Refused>>,
 }
 
@@ -76,19 +76,19 @@ impl<const D: usize> Default for InteriorPoint<D> {
 }
 
 impl<const D: usize> InteriorPoint<D> {
-    /// One that refuses factors of more numbers than this.
+    /// A solver that refuses factors with more entries than this.
     #[cfg(test)]
     pub fn with_largest_factor(largest_factor: usize) -> Self {
         InteriorPoint { largest_factor, ..InteriorPoint::default() }
     }
 
-    /// Forgets what a forecast found out: the next problem is another one.
+    /// Drops the analysis of a forecast: the next problem is a different one.
     pub fn forget(&mut self) {
         self.analysed = None;
     }
 
-    /// Nanoseconds that a solve takes, about; none if the factor would be too large. The next solve must be of the same
-    /// problem.
+    /// The estimated time of a solve in nanoseconds; none if the factor would be too large. The next solve must be of
+    /// the same problem.
     pub fn forecast<P: Portion<D>>(&mut self, cpu: &Cpu<D, P>) -> Option<f64> {
         self.rows.rebuild(&cpu.rows());
         let ready = self.matrix.analyse(&self.rows, self.largest_factor);
@@ -98,8 +98,8 @@ impl<const D: usize> InteriorPoint<D> {
         ready.is_ok().then_some(STEPS * step)
     }
 
-    /// Solves; `drive.at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps. A
-    /// start whose residual is at most `start_tolerance` is the solution.
+    /// Solves the problem. `drive.at.x` becomes the solution or the best iterate, never worse than the start.
+    /// Iterations are steps. A start whose residual is at most `start_tolerance` counts as the solution.
     pub fn run<P: Portion<D>>(
         &mut self,
         cpu: &mut Cpu<D, P>,
@@ -131,7 +131,7 @@ impl<const D: usize> InteriorPoint<D> {
         let residual = cpu.residual(&at.x, &at.g);
         let status = match end {
             _ if residual <= settings.tolerance => Status::Solved,
-            // All rows that move anything are solved: what is left is a zero row whose gap is closed.
+            // All nonzero rows are solved; the remaining residual is of a zero row with a negative gap.
             Status::Solved => Status::Infeasible,
             end => end,
         };
@@ -143,7 +143,7 @@ impl<const D: usize> InteriorPoint<D> {
         self.matrix.factorizations
     }
 
-    /// Looks for multipliers with a residual of at most the tolerance on the rows that are not zero.
+    /// Searches for multipliers with a residual of at most the tolerance on the nonzero rows.
     fn search<P: Portion<D>>(
         &mut self,
         cpu: &mut Cpu<D, P>,
@@ -152,7 +152,7 @@ impl<const D: usize> InteriorPoint<D> {
         settings: &Settings,
     ) -> (Status, u64) {
         if self.rows.deepest == 0.0 {
-            // No row is violated at rest.
+            // Without multipliers no row is violated.
             at.x.fill(0.0);
             self.best.fill(0.0);
             self.residual = 0.0;
@@ -207,7 +207,7 @@ impl<const D: usize> InteriorPoint<D> {
         (Status::MaxIterations, most)
     }
 
-    /// The natural residual of the rows that are not zero.
+    /// The natural residual of the nonzero rows.
     fn live_residual<P: Portion<D>>(&self, cpu: &Cpu<D, P>, at: &Point<Vec<f64>>) -> f64 {
         let diagonal = cpu.rows().diagonal;
         let share = |row: &u32| {
@@ -217,8 +217,8 @@ impl<const D: usize> InteriorPoint<D> {
         self.rows.row.iter().map(share).fold(0.0, worse)
     }
 
-    /// Goes back to the best multipliers, those of open rows set to zero where that leaves them the best, or within the
-    /// tolerance.
+    /// Restores the best multipliers, and sets those of open rows to zero if the residual does not grow or stays within
+    /// the tolerance.
     fn settle<P: Portion<D>>(&mut self, cpu: &mut Cpu<D, P>, at: &mut Point<Vec<f64>>, tolerance: f64) {
         at.x.clone_from(&self.best);
         cpu.gradient(&at.x, &mut at.g);

@@ -1,8 +1,8 @@
-//! The matrix `I + J^T W J` of an iteration, body by body, and its sparse Cholesky factor.
+//! The matrix `I + J^T W J` of an iteration, in blocks by body, and its sparse Cholesky factor.
 //!
 //! Its pattern is that of the pairs, so the ordering (approximate minimum degree) and the pattern of the factor are
-//! found once a solve. Columns hold the lower triangle: a body's own block, then one block for each later body that it
-//! shares a row with.
+//! computed once per solve. Columns hold the lower triangle: a body's own block, then one block for each later body
+//! with which it shares a row.
 
 use super::rows::UnitRows;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -15,41 +15,41 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-/// A row one of whose blocks is zero joins no two bodies.
+/// Marks a row with a zero block, which connects no bodies.
 const NONE: u32 = u32::MAX;
 
 /// Why there is no factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refused {
-    /// It, or the matrix, would be over the bound; or memory was refused.
+    /// The factor or the matrix would exceed its limit, or memory could not be allocated.
     TooLarge,
-    /// A pivot was not positive: a number is not finite, or out of all proportion.
+    /// A pivot was not positive: a number is not finite, or its magnitude is extreme.
     NotPositive,
 }
 
-/// The matrix, its factor, and what solving needs.
+/// The matrix, its factor, and scratch space for solves.
 #[derive(Default)]
 pub(super) struct NormalMatrix<const D: usize> {
-    /// Distinct pairs of places, the smaller one first, ascending.
+    /// Distinct pairs of body indices, the smaller index first, ascending.
     links: Vec<[u32; 2]>,
-    /// Where each body's links begin; one more at the end.
+    /// The offset of each body's links, and the end.
     first_link: Vec<u32>,
     /// Each row's link.
     link: Vec<u32>,
-    /// Where each column begins; one more at the end.
+    /// The offset of each column, and the end.
     column: Vec<u32>,
-    /// The row of each number, and the numbers.
+    /// The row of each entry, and its value.
     entry: Vec<u32>,
     value: Vec<f64>,
     symbolic: Option<SymbolicCholesky<u32>>,
     factor: Vec<f64>,
     memory: Option<MemBuffer>,
-    /// Factorizations made, for its owner to reset.
+    /// The number of factorizations; the owner resets it.
     pub factorizations: u64,
 }
 
 impl<const D: usize> NormalMatrix<D> {
-    /// Finds the patterns for some rows. Neither the matrix nor the factor may have more than `largest` numbers.
+    /// Computes the patterns for some rows. Neither the matrix nor the factor may have more than `largest` entries.
     pub fn analyse(&mut self, rows: &UnitRows<D>, largest: usize) -> Result<(), Refused> {
         (self.symbolic, self.memory) = (None, None);
         self.find_links(rows);
@@ -122,8 +122,8 @@ impl<const D: usize> NormalMatrix<D> {
         self.column.push(self.entry.len() as u32);
     }
 
-    /// Multiplications that a factorization takes, about: the squares of the factor's columns. Zero before the patterns
-    /// are known.
+    /// An estimate of the multiplications of a factorization: the squares of the factor's column lengths. Zero before
+    /// the analysis.
     pub fn work(&self) -> f64 {
         let square = |length: usize| (length as f64).powi(2);
         match self.symbolic.as_ref().map(SymbolicCholesky::raw) {

@@ -1,35 +1,34 @@
-//! The rows that take part: those of `J` that are not zero, each scaled to length one, between bodies numbered without
-//! gaps.
+//! The nonzero rows of `J`, each scaled to length one, between bodies with consecutive indices.
 
 use crate::lcp::cone::lack;
 use crate::lcp::cpu::Rows;
 use crate::lcp::product::{dot, scatter};
 
-/// No place.
+/// No index.
 const NONE: u32 = u32::MAX;
 
-/// Rows of length one. Their multipliers are lengths too: the problem's times the length of its row.
+/// Rows of length one. Their multipliers are the problem's times the length of the row, and so are lengths.
 #[derive(Default)]
 pub(super) struct UnitRows<const D: usize> {
-    /// Each row's place in the problem.
+    /// Each row's index in the problem.
     pub row: Vec<u32>,
-    /// The bodies of each row, by their places.
+    /// The bodies of each row, by their consecutive indices.
     pub pair: Vec<[u32; 2]>,
     /// The blocks of each row.
     pub jacobian: Vec<[[f64; D]; 2]>,
-    /// `1 / length` of each row as it was.
+    /// `1 / length` of each original row.
     pub inverse_length: Vec<f64>,
     /// `g` at zero.
     pub q: Vec<f64>,
-    /// How many bodies the rows refer to.
+    /// The number of bodies that rows refer to.
     pub bodies: usize,
-    /// The deepest violation at rest, zero where there is none.
+    /// The deepest violation without multipliers, zero if there is none.
     pub deepest: f64,
     place: Vec<u32>,
 }
 
 impl<const D: usize> UnitRows<D> {
-    /// Takes the rows of a problem that are not zero.
+    /// Takes the nonzero rows of a problem.
     pub fn rebuild(&mut self, rows: &Rows<D>) {
         let bodies = rows.pair.as_flattened().iter().max().map_or(0, |body| *body as usize + 1);
         self.place.clear();

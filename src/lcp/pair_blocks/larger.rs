@@ -1,20 +1,20 @@
-//! The small problems of pairs with many rows, by the active set method alone.
+//! The small problems of pairs with many rows, solved by the active set method alone.
 
 use super::{REGULARIZATION, Step};
 use crate::lcp::cone;
 
-/// The blocks, and in `rows` and `offsets` where the rows and the matrix of each begin.
+/// The blocks; `rows` and `offsets` have the offsets of the rows and the matrix of each.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Larger {
-    /// The rows begin at zero with the first block. One more at the end, if there is a block.
+    /// The first row of each block, from zero, and the end if there is a block.
     rows: Vec<u32>,
-    /// One more at the end, if there is a block.
+    /// The offset of each matrix, and the end if there is a block.
     offsets: Vec<usize>,
     /// The matrices, by rows. Zero rows of `A` have an entry 1 on the diagonal.
     matrices: Vec<f64>,
 }
 
-/// What a small problem needs beside its data.
+/// Scratch space of a small problem.
 #[derive(Default)]
 pub(super) struct Scratch {
     pub slope: Vec<f64>,
@@ -32,7 +32,7 @@ impl Larger {
         self.matrices.clear();
     }
 
-    /// Takes one more block, of `m` rows.
+    /// Adds a block of `m` rows.
     pub fn push(&mut self, m: usize, entry: impl Fn(usize, usize) -> f64) {
         if self.rows.is_empty() {
             self.rows.push(0);
@@ -70,7 +70,7 @@ impl Larger {
 
 /// `change = y - x` for `y = argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, by the active set method
 /// of Lawson and Hanson (Solving least squares problems, 1974, chapter 23) started at the projection of `x`. The
-/// objective never rises; the bound on rounds only matters to rounding.
+/// objective never rises; the limit on rounds matters only with rounding errors.
 pub(super) fn active_set(b: &[f64], x: &[f64], scratch: &mut Scratch) {
     let Scratch { slope, change, target, free, index, factor } = scratch;
     let m = x.len();

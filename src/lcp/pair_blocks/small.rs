@@ -1,9 +1,9 @@
 //! The small problem of one pair, `argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, for pairs of one
-//! to eight rows: in registers, without branches where the answer is the usual one.
+//! to eight rows: in registers, without branches in the common case.
 //!
-//! The usual answer of a projected step is that the rows stay free that were free in the step before: so it was in 99
-//! of 100 blocks of three rows and more on the way to the solutions of the stored systems (in 93 to 99 it was the rows
-//! with `x > 0`). It is computed first and checked; block pivoting and the active set method mend it where it is wrong.
+//! In the common case of a projected step, the same rows are free as in the last step: so it is in 99 of 100 blocks of
+//! three or more rows in the solves of the stored systems (in 93 to 99 the free rows are those with `x > 0`). This case
+//! is computed first and checked. If it does not hold, block pivoting and the active set method follow.
 
 use super::REGULARIZATION;
 use crate::lcp::cone;
@@ -11,12 +11,11 @@ use crate::lcp::cone;
 /// Rounds of pivoting before the active set method.
 const PIVOTS: usize = 4;
 
-/// A symmetric positive definite matrix of `M` rows. Rows that are zero rows of `A` have an entry 1 on the diagonal,
-/// and no slope.
+/// A symmetric positive definite matrix of `M` rows. Zero rows of `A` have the diagonal entry 1 and no slope.
 pub(super) trait Block<const M: usize> {
     /// The solution `y` of the small problem for `x >= 0`.
     fn proximal(&mut self, x: [f64; M], slope: [f64; M]) -> [f64; M];
-    /// The solution without a slope, for `x` with a number outside of the cone.
+    /// The solution without a slope, for `x` outside the cone.
     fn project(&self, x: [f64; M]) -> [f64; M];
 }
 
@@ -36,7 +35,7 @@ impl Block<1> for Single {
     }
 }
 
-/// Two rows, and what their solutions need.
+/// Two rows, with precomputed inverses.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Double {
     /// `B_00`, `B_01`, `B_11`.
@@ -51,8 +50,8 @@ impl Double {
         Double { matrix: [a, b, c], inverse: [1.0 / a, 1.0 / c], inverse_determinant: 1.0 / (a * c - b * b) }
     }
 
-    /// By its four cases, all computed. Solved for `y - x`: the rounding of large multipliers would otherwise be
-    /// amplified by the near singularity of `B`.
+    /// Computes all four cases and selects one. It solves for `y - x`, because a nearly singular `B` would amplify the
+    /// rounding of large multipliers.
     #[inline]
     fn minimize(&self, x: [f64; 2], slope: [f64; 2]) -> [f64; 2] {
         let [a, b, c] = self.matrix;
@@ -87,19 +86,19 @@ pub(super) struct Packed<const M: usize, const K: usize> {
     matrix: [f64; K],
     /// The rows that were free in the last solution of a projected step, marked by one.
     free: [f64; M],
-    /// With `F` these rows and `C` the others: `B_FF^-1`, `B_CF B_FF^-1` and, not read, a zero. To be multiplied with
+    /// With `F` these rows and `C` the others: `B_FF^-1`, `B_CF B_FF^-1` and zeros, which are not read. Factors for the
     /// slopes of free rows.
     pivoted: [f64; K],
 }
 
 impl<const M: usize, const K: usize> Block<M> for Packed<M, K> {
     /// With the free rows of the last step: `y_F = x_F - B_FF^-1 s_F` and the slope of the others there, `s_C - B_CF
-    /// B_FF^-1 s_F`, where `s` is the slope after the others are taken to zero.
+    /// B_FF^-1 s_F`, where `s` is the slope after the others are set to zero.
     #[inline]
     fn proximal(&mut self, x: [f64; M], slope: [f64; M]) -> [f64; M] {
         let free = self.free;
         let held: [f64; M] = std::array::from_fn(|i| (free[i] - 1.0) * x[i]);
-        // Nearly always: rows that stay at zero.
+        // The common case: these rows stay at zero.
         let none = held.iter().fold(true, |none, held| none & (*held == 0.0));
         let correction = if none { [0.0; M] } else { times(&self.matrix, held) };
         let there: [f64; M] = std::array::from_fn(|i| slope[i] + correction[i]);
@@ -125,14 +124,14 @@ impl<const M: usize, const K: usize> Packed<M, K> {
         Packed { matrix: entries, free: [0.0; M], pivoted: [0.0; K] }
     }
 
-    /// What is in the cone in a solution: `y` of free rows, the slope there of the others.
+    /// The values that are in the cone for a solution: `y` of free rows, the slope of the others.
     #[inline]
     fn right(&self, free: [f64; M], x: [f64; M], change: [f64; M], slope: [f64; M]) -> [f64; M] {
         let correction = times(&self.matrix, change);
         std::array::from_fn(|i| if free[i] > 0.0 { x[i] + change[i] } else { slope[i] + correction[i] })
     }
 
-    /// A projected step whose free rows are not those of the last one.
+    /// A projected step whose free rows differ from those of the last step.
     #[cold]
     #[inline(never)]
     fn change_rows(&mut self, x: [f64; M], slope: [f64; M]) -> [f64; M] {
@@ -183,7 +182,7 @@ impl<const M: usize, const K: usize> Packed<M, K> {
 
     /// The free rows and the solution by block principal pivoting (Portugal, Judice, Vicente: A comparison of block
     /// pivoting and interior-point algorithms for linear least squares problems with nonnegative variables, 1994), for
-    /// a few rounds; what it leaves is for the active set method.
+    /// a few rounds; the active set method completes it.
     #[cold]
     #[inline(never)]
     fn pivot(&self, x: [f64; M], slope: [f64; M]) -> ([f64; M], [f64; M]) {
@@ -253,7 +252,7 @@ impl<const M: usize, const K: usize> Packed<M, K> {
     }
 }
 
-/// The mark of a row: one where it is free.
+/// The mark of a row: one if it is free, else zero.
 #[inline]
 fn mark(x: f64) -> f64 {
     if cone::is_free(x) { 1.0 } else { 0.0 }
@@ -264,7 +263,7 @@ fn all_in_cone<const M: usize>(numbers: [f64; M]) -> bool {
     numbers.iter().fold(true, |all, x| all & cone::contains(*x))
 }
 
-/// Where a packed matrix has an entry.
+/// The index of an entry in a packed matrix.
 #[inline]
 fn at(i: usize, j: usize) -> usize {
     let (i, j) = if i < j { (j, i) } else { (i, j) };
@@ -288,7 +287,7 @@ mod tests {
     use crate::lcp::pair_blocks::larger::{Scratch, active_set};
     use rand::{RngExt, SeedableRng};
 
-    /// A block of `M` rows as `A` has them, some of them equal, perhaps one of them zero: `J J^T` with six unknowns.
+    /// A block of `M` rows like those of `A`, `J J^T` with six unknowns; some rows are equal, one may be zero.
     fn rows<const M: usize>(uniform: &mut impl FnMut() -> f64) -> ([[f64; M]; M], [bool; M]) {
         let mut jacobian: [[f64; 6]; M] = std::array::from_fn(|_| std::array::from_fn(|_| uniform()));
         let mut live = [true; M];
@@ -324,8 +323,8 @@ mod tests {
         (sum, size)
     }
 
-    /// As good as the active set method of the larger blocks, both ways, and never negative. Steps follow each other as
-    /// in a solve: the free rows of the last one are remembered.
+    /// Checks both minimizations against the active set method of the larger blocks, and that results are never
+    /// negative. Steps follow each other as in a solve, with the free rows of the last step.
     fn agrees<const M: usize, B: Block<M>>(make: impl Fn(&dyn Fn(usize, usize) -> f64) -> B) {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(M as u64);
         let mut uniform = || rng.random::<f64>() - 0.5;
@@ -354,7 +353,7 @@ mod tests {
         let other = std::array::from_fn(|i| (x[i] + scratch.change[i]).max(0.0));
         let ((mine, size), (best, _)) = (objective(matrix, x, slope, y), objective(matrix, x, slope, other));
         assert!((mine - best).abs() <= 1e-9 * size, "{mine:e} {best:e} of {size:e}: {y:?} {other:?}");
-        // The objective hardly tells how a load is shared between equal rows; the regularization does, to fewer digits.
+        // The objective hardly determines how equal rows share a load; the regularization does, to fewer digits.
         let largest = y.iter().fold(1.0, |largest: f64, y| largest.max(*y));
         for (y, other) in y.iter().zip(other) {
             assert!((y - other).abs() <= 1e-7 * largest, "{y} {other} of {largest}");
@@ -373,7 +372,7 @@ mod tests {
         agrees::<8, Packed<8, 36>>(|entry| Packed::new(entry));
     }
 
-    /// Without pivoting: the method that mends what it leaves.
+    /// Without pivoting: the method that completes it.
     #[test]
     fn the_active_set_method_alone_agrees_too() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(9);

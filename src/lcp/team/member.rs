@@ -1,9 +1,9 @@
-//! The vector verbs on one of several threads, which has some of the rows. All of them take the same solver through the
-//! same steps; they meet where a number of all rows is needed.
+//! The vector verbs on one of several threads, each with some of the rows. All threads run the same solver; they
+//! synchronize wherever a value of all rows is needed.
 //!
-//! Rows stand in the order of their pair's smaller body. So each member has the velocities of consecutive bodies, and
-//! other rows of its bodies belong to members before it. It takes their multipliers and adds them first, as one thread
-//! would. It also takes the velocities of bodies after its own.
+//! Rows are in the order of their pair's smaller body. So each member has the velocities of consecutive bodies, and
+//! other rows of its bodies belong to earlier members. It reads their multipliers and adds their terms first, as one
+//! thread would. It also reads the velocities of bodies after its own.
 
 use super::shared::{SUMS, Shared};
 use crate::lcp::cpu::Whole;
@@ -19,16 +19,16 @@ pub(super) struct Member<'a, const D: usize> {
     shared: &'a Shared,
     pub rows: Range<usize>,
     bodies: Range<usize>,
-    /// Rows of members before it at its bodies, by body: the row, the body, the block.
+    /// Rows of earlier members at its bodies, by body: the row, the body, the block.
     before: Vec<(u32, u32, [f64; D])>,
     /// The bodies of these rows: others need their velocities.
     given: Vec<u32>,
-    /// Its rows with bodies of members after it, by its own numbers, and these bodies.
+    /// Its rows with bodies of later members, by its own indices, and these bodies.
     across: Vec<u32>,
     taken: Vec<u32>,
-    /// Of all bodies; right for its own, and after an exchange for those it takes.
+    /// The velocities of all bodies; valid for its own, and after an exchange for those that it reads.
     velocity: Vec<[f64; D]>,
-    /// Its chunks, by its own rows, the number of the first of them, and how many there are in all.
+    /// Its chunks with its own row indices, the index of the first chunk, and the number of all chunks.
     chunks: Chunks,
     first_chunk: usize,
     all_chunks: usize,
@@ -38,13 +38,13 @@ pub(super) struct Member<'a, const D: usize> {
     pair: &'a [[u32; 2]],
     jacobian: &'a [[[f64; D]; 2]],
     blocks: pair_blocks::Part<'a>,
-    /// The sums that are written next.
+    /// Which buffer of sums is written next.
     turn: Cell<usize>,
     products: u64,
     noted: Vec<f64>,
 }
 
-/// How a problem is shared out: to each member some chunks of rows, and bodies with about as many rows.
+/// The distribution of a problem: for each member some chunks of rows, and bodies with about as many rows.
 pub(super) struct Parts {
     pub chunks: Vec<Range<usize>>,
     pub rows: Vec<Range<usize>>,
@@ -52,7 +52,7 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// For so many members.
+    /// For this many members.
     pub fn new<const D: usize>(whole: &Whole<'_, D>, members: usize) -> Self {
         let Whole { pair, chunks, .. } = whole;
         let all = whole.incidence.start.len() - 1;
@@ -78,7 +78,7 @@ impl<'a, const D: usize> Member<'a, D> {
         (0..members).map_while(of).collect()
     }
 
-    /// Member `k`, whose blocks are the first that are left.
+    /// Member `k`, with the first of the remaining blocks.
     fn new(whole: &mut Whole<'a, D>, shared: &'a Shared, parts: &Parts, k: usize) -> Option<Self> {
         let (of, rows, bodies) = (parts.chunks[k].clone(), parts.rows[k].clone(), parts.bodies[k].clone());
         let (part, rest) = whole.blocks.take()?.split_at(of.len());

@@ -1,7 +1,7 @@
 //! Several threads that run the same iterations of a solver, each on some of the rows.
 //!
-//! A loop over some thousand rows takes a few microseconds, less than it costs to hand it to other threads. So threads
-//! start together once for many iterations and run the solver itself, each on its own rows. A barrier precedes every
+//! A loop over some thousand rows takes a few microseconds, less than the cost of dispatching it to other threads. So
+//! threads start once for many iterations and run the solver itself, each on its own rows. A barrier precedes every
 //! reduction over all rows, some seven times an iteration. All threads compute the same numbers from the same sums of
 //! chunks, so they take the same decisions, and the bits are those of one thread.
 
@@ -20,10 +20,11 @@ use pace::Pace;
 use shared::Shared;
 use std::time::Instant;
 
-/// Fewest rows for each thread. An iteration takes some 15 microseconds there, and its barriers two to four.
+/// The smallest number of rows per thread. An iteration on these takes some 15 microseconds, and its barriers two to
+/// four.
 const LEAST_ROWS: usize = 768;
 
-/// Iterations of a round where nothing else pauses a solve: a team's pace is judged round by round.
+/// Iterations of a round if nothing else pauses a solve: the speed of a team is measured round by round.
 pub(super) const ROUND: u64 = 100;
 
 /// Threads for the iterations of a solver.
@@ -62,7 +63,7 @@ pub(super) fn run<const D: usize, P: Portion<D>>(
 }
 
 impl Team {
-    /// Whether so many rows are enough for more than one thread.
+    /// Whether this many rows suffice for more than one thread.
     pub fn has_work(rows: usize) -> bool {
         rows >= 2 * LEAST_ROWS && rayon::current_num_threads() > 1
     }
@@ -78,7 +79,7 @@ impl Team {
     ) -> Option<Status> {
         let rows = drive.at.x.len();
         let members = (rows / LEAST_ROWS).min(rayon::current_num_threads());
-        // The start is checked first: there is nothing to share yet.
+        // One thread checks the start first.
         if members < 1 || state.is_new() {
             return drive.go(cpu, method, state, 1, pauses);
         }
@@ -105,7 +106,7 @@ impl Team {
     }
 }
 
-/// What a member works on.
+/// The data of one member.
 struct Share {
     drive: Drive<Vec<f64>>,
     method: Method,
@@ -185,10 +186,10 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Times that a team may fail to come together.
+    /// How often a team may fail to assemble.
     const TRIES: usize = 1_000;
 
-    /// Bodies on a ring, each joined to the next few by one to eleven rows, some of them zero.
+    /// Bodies on a ring, each connected to the next few by one to eleven rows, some of them zero.
     fn ring<const D: usize>(bodies: u32) -> Problem<D> {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
         let mut problem = Problem { bodies: bodies as usize, ..Problem::default() };
@@ -201,7 +202,7 @@ mod tests {
                 }
             }
         }
-        // One that has a solution.
+        // A problem that has a solution.
         let touches: Vec<bool> = problem.pair.iter().map(|_| rng.random::<bool>()).collect();
         let gamma: Vec<f64> =
             touches.iter().map(|touches| f64::from(u8::from(*touches)) * rng.random::<f64>()).collect();
@@ -227,7 +228,7 @@ mod tests {
             let ended = match rounds.next() {
                 Some(1) | None => drive.go(&mut cpu, &mut method, &mut state, 1, &pauses),
                 Some(members) => {
-                    // On a busy machine threads may be long in coming.
+                    // On a busy machine threads may take long to start.
                     let mut come = || together(*members, &mut cpu, &mut drive, &mut method, &mut state, &pauses);
                     let work = || (0..TRIES).find_map(|_| come());
                     rayon::ThreadPoolBuilder::new().num_threads(*members).build().unwrap().install(work)

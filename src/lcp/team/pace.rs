@@ -1,23 +1,23 @@
-//! Whether several threads are faster than one, by what iterations took so far.
+//! Decides whether several threads are faster than one, by the measured times of iterations.
 //!
-//! Threads that wait for each other lose where other programs use the cores: one that does not run holds up all. So a
-//! solve goes on alone where a team was slower, and a team is tried again now and then. Both give the same bits.
+//! Threads that wait for each other are slow if other programs use the cores: one that does not run delays all. So a
+//! solve continues on one thread if a team was slower, and tries a team again at intervals. Both give the same bits.
 
 use std::time::Duration;
 
 /// Fewer iterations than this are no measurement.
 const LEAST_ITERATIONS: u64 = 20;
 
-/// Rounds alone after a team was slower, at first and at most; they double each time.
+/// Rounds on one thread after a team was slower: the first number and the largest; it doubles each time.
 const ROUNDS_ALONE: u32 = 4;
 const MOST_ROUNDS_ALONE: u32 = 256;
 
-/// What iterations took.
+/// The measured times of iterations.
 #[derive(Clone, Debug)]
 pub(super) struct Pace {
-    /// Nanoseconds of an iteration for each row, alone.
+    /// Nanoseconds per iteration and row on one thread.
     alone: Option<f64>,
-    /// Rounds that are still taken alone, and how many a slower team leads to.
+    /// The remaining rounds on one thread, and the number after the next slower team.
     rounds_alone: u32,
     next_rounds_alone: u32,
 }
@@ -29,20 +29,20 @@ impl Default for Pace {
 }
 
 impl Pace {
-    /// Whether the next round is a team's.
+    /// Whether a team takes the next round.
     pub fn chooses_team(&mut self) -> bool {
         let alone = self.alone.is_none() || self.rounds_alone > 0;
         self.rounds_alone = self.rounds_alone.saturating_sub(1);
         !alone
     }
 
-    /// Takes the next rounds alone: a team was slower, or did not come together.
+    /// Takes the next rounds on one thread: a team was slower, or did not assemble.
     pub fn go_alone(&mut self) {
         self.rounds_alone = self.next_rounds_alone;
         self.next_rounds_alone = (2 * self.next_rounds_alone).min(MOST_ROUNDS_ALONE);
     }
 
-    /// Notes what a round took.
+    /// Records the time of a round.
     pub fn note(&mut self, team: bool, rows: usize, iterations: u64, time: Duration) {
         if iterations < LEAST_ITERATIONS || rows == 0 {
             return;
@@ -73,7 +73,7 @@ mod tests {
             pace.note(true, 1_000, 100, time);
         }
         assert_eq!(alone, [0, ROUNDS_ALONE, 2 * ROUNDS_ALONE, 4 * ROUNDS_ALONE, 0]);
-        // What a few iterations took says nothing.
+        // The time of a few iterations is not significant.
         pace.note(true, 1_000, LEAST_ITERATIONS - 1, slow);
         assert_eq!(pace.rounds_alone, ROUNDS_ALONE);
     }

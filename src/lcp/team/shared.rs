@@ -1,20 +1,20 @@
-//! What the threads of a team exchange: vectors, sums of chunks, and a barrier.
+//! The shared data of a team's threads: vectors, sums of chunks, and a barrier.
 //!
-//! Numbers are exchanged as the bits of atomic integers, each written by one thread between two barriers and read by
-//! others after the second. Waiting threads spin, since a barrier comes every few microseconds, and after a while yield
+//! Values are exchanged as the bits of atomic integers. One thread writes each between two barriers, and others read it
+//! after the second. Waiting threads spin, because a barrier comes every few microseconds, and after a while yield
 //! their core to other work.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// Spins at a barrier before a waiting thread yields its core, some two microseconds. Two threads on one core wait this
-/// long at each barrier: with 4,000 spins a hundred iterations took 38 ms, not 3.
+/// The number of spins at a barrier before a waiting thread yields its core, some two microseconds. Two threads on one
+/// core wait this long at each barrier: with 4,000 spins a hundred iterations took 38 ms instead of 3.
 const SPINS: u32 = 100;
 
-/// Most sums that are made at once.
+/// The largest number of sums in one reduction.
 pub(super) const SUMS: usize = 6;
 
-/// Numbers that several threads read and write.
+/// Values that several threads read and write.
 #[derive(Default)]
 pub(super) struct Numbers(Vec<AtomicU64>);
 
@@ -28,14 +28,14 @@ impl Numbers {
         f64::from_bits(self.0[place].load(Ordering::Relaxed))
     }
 
-    /// Numbers from a place on.
+    /// Reads the values from an offset on.
     #[inline]
     pub fn block<const D: usize>(&self, place: usize) -> [f64; D] {
         let numbers = &self.0[place..place + D];
         std::array::from_fn(|k| f64::from_bits(numbers[k].load(Ordering::Relaxed)))
     }
 
-    /// Writes numbers from a place on.
+    /// Writes values from an offset on.
     #[inline]
     pub fn put(&self, place: usize, numbers: &[f64]) {
         for (to, number) in self.0[place..place + numbers.len()].iter().zip(numbers) {
@@ -44,18 +44,19 @@ impl Numbers {
     }
 }
 
-/// The numbers that members learn from each other: after a meeting each may read what the others wrote before theirs.
+/// The values that members exchange: after a barrier each may read what the others wrote before it.
 pub(super) struct Board {
-    /// Of the vector that is multiplied what others need, at the places of the rows.
+    /// The entries of the vector that is multiplied that other members need, at the indices of the rows.
     pub x: Numbers,
-    /// The same of `J^T x`, at the places of the bodies.
+    /// The same of `J^T x`, at the indices of the bodies.
     pub velocity: Numbers,
-    /// Sums of the chunks. Two, by turns: whoever writes one has passed a barrier since the others read it.
+    /// Sums of the chunks, in two alternating buffers: a thread that writes one has passed a barrier since the others
+    /// read it.
     pub sums: [Numbers; 2],
 }
 
 impl Board {
-    /// For so many rows, numbers of velocities and chunks.
+    /// For this many rows, velocity components and chunks.
     pub fn new(rows: usize, unknowns: usize, chunks: usize) -> Self {
         Board {
             x: Numbers::zeros(rows),
@@ -65,29 +66,29 @@ impl Board {
     }
 }
 
-/// How long the first member waits for the others to come: some times what it takes to wake a thread.
+/// How long the first member waits for the others: several times the time to wake a thread.
 const PATIENCE: Duration = Duration::from_micros(200);
 
-/// Whether a team comes together.
+/// The states of a team's formation.
 const FORMING: u32 = 0;
 const COMPLETE: u32 = 1;
 const GIVEN_UP: u32 = 2;
 
-/// What the threads of a team share.
+/// The shared state of a team.
 pub(super) struct Shared {
     members: usize,
     present: AtomicUsize,
     formation: AtomicU32,
     arrived: AtomicUsize,
     round: AtomicUsize,
-    /// Whether a member has panicked: the others would wait for it for ever.
+    /// Whether a member has panicked: without this flag the others would wait for it forever.
     broken: AtomicBool,
-    /// What they exchange.
+    /// The data that they exchange.
     pub board: Board,
 }
 
 impl Shared {
-    /// For so many members, rows, numbers of velocities and chunks.
+    /// For this many members, rows, velocity components and chunks.
     pub fn new(members: usize, rows: usize, unknowns: usize, chunks: usize) -> Self {
         Shared {
             members,
@@ -100,8 +101,8 @@ impl Shared {
         }
     }
 
-    /// The first member waits for the others. Whether all have come before its patience ends: threads that are busy
-    /// elsewhere may be long in coming, and a team of some of them would wait for ever.
+    /// The first member waits for the others. Returns whether all arrived in time: busy threads may take long, and an
+    /// incomplete team would wait forever.
     pub fn gather(&self) -> bool {
         let begun = Instant::now();
         while self.present.load(Ordering::Acquire) + 1 < self.members {
@@ -115,7 +116,7 @@ impl Shared {
         true
     }
 
-    /// Another member comes. Whether there is a team.
+    /// Another member arrives. Returns whether the team is complete.
     pub fn join(&self) -> bool {
         self.present.fetch_add(1, Ordering::AcqRel);
         loop {
@@ -126,10 +127,10 @@ impl Shared {
         }
     }
 
-    /// Waits until all members are here. What one of them wrote before is what all of them read after it.
+    /// Waits until all members have arrived. Everything that a member wrote before is visible to all after it.
     ///
     /// # Panics
-    /// If another member has.
+    /// If another member has panicked.
     pub fn meet(&self) {
         let round = self.round.load(Ordering::Relaxed);
         if self.arrived.fetch_add(1, Ordering::AcqRel) + 1 == self.members {
@@ -149,7 +150,7 @@ impl Shared {
         }
     }
 
-    /// Tells the others if this member panics before the guard is dropped.
+    /// A guard that notifies the others if this member panics before it is dropped.
     pub fn guard(&self) -> Guard<'_> {
         Guard(self)
     }

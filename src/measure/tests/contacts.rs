@@ -46,7 +46,7 @@ fn contacts_chains_and_their_absence() {
     let chains = of("force_chains", &pushed, true);
     assert_eq!(chains.values, [2.5, 1.0, 0.5, 1.0, 2.0, 2.0].map(Some));
     assert_eq!(chains.rows, [[Some(2.0), Some(1.0)]]);
-    // Without forces the measures of forces are unknown. Those of touching are known.
+    // Without forces the measures of forces are undefined; those of touching are defined.
     let still = state(row(), None);
     let found = of("contacts", &still, true);
     assert_eq!((found.values[1], &found.values[4..]), (Some(3.0), &[None; 3][..]));
@@ -81,7 +81,7 @@ fn a_lattice_of_equal_forces_has_the_pressure_of_its_cell_and_columns_are_chains
         forces.extend(up.clone().map(|pair| (pair, above)));
         state(square(side as usize, BALL, |_| DQuat::IDENTITY), Some(&forces))
     };
-    // Of a cell of side 1 with a force of 3 across each of its sides.
+    // A cell of side 1 with a force of 3 across each of its sides.
     let settings = Settings { bin: Some(1.0), ..Settings::default() };
     let even = of_settings("stress", &lattice(3.0, 3.0), true, &settings).unwrap();
     for row in &even.rows[..5] {
@@ -91,7 +91,7 @@ fn a_lattice_of_equal_forces_has_the_pressure_of_its_cell_and_columns_are_chains
     let area = f64::from(side * side) * 0.25 * PI;
     assert_near(value(&even, "stress", "pressure"), 3.0 * contacts / (2.0 * area), 1e-12);
     assert_near(value(&even, "stress", "shear"), 0.0, 1e-12);
-    // No contact is over the mean of equal ones; strong columns that weak rows connect are a chain each.
+    // No contact exceeds the mean of equal ones; strong columns that weak rows connect are one chain each.
     assert_eq!(value(&of("force_chains", &lattice(3.0, 3.0), true), "force_chains", "chains"), Some(0.0));
     let columns = of("force_chains", &lattice(1.0, 5.0), true);
     assert_eq!(columns.values, [3.0, contacts / 2.0, 0.5, 11.0, 11.0, 11.0].map(Some));

@@ -1,8 +1,8 @@
-//! Groups, their mixing, and bodies that left.
+//! Groups, their mixing, and removed bodies.
 
 use super::*;
 
-/// A square of touching balls whose groups are given by their places.
+/// A square of touching balls whose groups follow from their positions.
 fn coloured(side: usize, group: impl Fn(usize, usize) -> u32) -> Snapshot {
     let mut bodies = square(side, BALL, |_| DQuat::IDENTITY);
     (0..side * side).for_each(|k| bodies.group[k] = group(k % side, k / side));

@@ -1,10 +1,10 @@
-//! Measures of motion of states whose answers are known.
+//! Measures of motion of states with known answers.
 
 use super::*;
 use crate::fixed::Fixed;
 use crate::periodic::Periods;
 
-/// The numbers and rows of `msd` over states at these times.
+/// The values and rows of `msd` over states at these times.
 fn msd(times: &[f64], fixed: &Fixed, states: impl Fn(f64) -> Bodies) -> Vec<Result<Found, LeftOut>> {
     let measure = select(&["msd".into()]).unwrap()[0];
     let mut tracks = Tracks::new(times.len(), 1);
@@ -52,7 +52,7 @@ fn steady_motion_has_the_square_of_its_way_and_turn_in_periods_too() {
         let values = &found.as_ref().unwrap().values;
         assert!((values[0].unwrap() - 22.5 * t * t).abs() < 1e-9 && values[2] == Some(2.0), "{values:?}");
     }
-    // A body that is fixed is not counted.
+    // A fixed body does not count.
     let one = msd(&times, &Fixed::new(vec![1], vec![]), steady);
     let row = &one[20].as_ref().unwrap().rows[3];
     assert_near(row[1], 36.0, 1e-9);
@@ -61,7 +61,7 @@ fn steady_motion_has_the_square_of_its_way_and_turn_in_periods_too() {
 
 #[test]
 fn bodies_are_followed_from_birth_to_division_and_odd_times_have_rows_of_their_own() {
-    // At time 2 body 0 divides: ids 1 and 2 take its place.
+    // At time 2 body 0 divides into ids 1 and 2.
     let divided = |t: f64| {
         let mut all =
             bodies((0..if t < 2.0 { 1 } else { 2 }).map(|k| (BALL, DVec3::X * (t + k as f64), DQuat::IDENTITY)));
@@ -114,10 +114,10 @@ fn velocities_that_turn_along_a_row_are_correlated_as_the_cosine() {
     }
     assert_near(number("velocity_correlation_length"), (1.0 / E).acos() / turn, 0.01);
     assert_near(number("speed_mean"), 2.0, 1e-14);
-    // The sum of a geometric row of unit vectors.
+    // The sum of a geometric series of unit vectors.
     assert_near(number("velocity_order"), ((150.0 * turn).sin() / (0.5 * turn).sin() / 300.0).abs(), 1e-12);
     assert_eq!(number("velocity_correlation_pairs"), Some(150.0 * 299.0));
-    // Those at rest are left out, and opposite ones are so.
+    // Bodies at rest are left out, and opposite velocities are anticorrelated.
     row.velocity.fill(DVec3::ZERO);
     (row.velocity[7], row.velocity[10]) = (DVec3::Y, -DVec3::Y);
     let two = of("velocity_correlation", &state(row.clone(), None), true);

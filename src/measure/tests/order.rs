@@ -95,9 +95,9 @@ fn the_correlation_of_a_twisted_row_is_that_of_its_twist() {
             assert!((c - analytic).abs() < 1e-12 && (r - r.round()).abs() < 1e-12, "{r}: {c} {analytic}");
         }
         assert_near(value(&found, "correlation", "correlation_pairs"), 400.0 * 399.0 / 2.0, 0.0);
-        // Straight between whole distances: the arc's rise over a chord of 1 is at most its second derivative over 8.
+        // Linear between whole distances: the arc's rise over a chord of 1 is at most its second derivative over 8.
         assert_near(value(&found, "correlation", "correlation_length"), expected, 0.01);
-        // Sampled, each distance's mean is the same; which and how many pairs is the seed's.
+        // With sampling, each distance has the same mean; the seed determines which and how many pairs.
         let sampled = |seed| {
             let settings = Settings { correlation_pairs: 4000, seed, ..Settings::default() };
             of_settings("correlation", &state, planar, &settings).unwrap()
@@ -153,7 +153,7 @@ fn bodies_without_an_axis_have_no_order() {
     for name in ["nematic", "correlation", "microdomains"] {
         assert!(of_settings(name, &balls, true, &Settings::default()).is_err(), "{name}");
     }
-    // A rod among them has; it has no one to be compared with.
+    // A rod among them has an axis, but no partner to compare with.
     let mut mixed = square(3, BALL, |_| DQuat::IDENTITY);
     mixed.push(Placed { shape: ROD, position: DVec3::X * 20.0, orientation: lying(0.0) }, NO_GROUP);
     let mixed = state(mixed, None);

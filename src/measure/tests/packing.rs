@@ -86,7 +86,7 @@ fn the_expansion_rate_of_a_parabola_is_exact_inside() {
 fn the_expansion_rate_of_exponential_growth_is_that_of_its_chords() {
     let (growth, step) = (0.7_f64, 0.1);
     let times: Vec<f64> = (0..20).map(|k| step * k as f64).collect();
-    // Rods that grow; one alone is half as long as it is from its centre.
+    // Growing rods; the outermost radius of a single one is half its length.
     let rod = |t: &f64| Shape::Spherocylinder { diameter: 1.0, length: 2.0 * (growth * t).exp() };
     let mut found: Vec<_> =
         times.iter().map(|t| Ok(of("radius", &state(bodies([(rod(t), DVec3::Y, lying(0.2))]), None), true))).collect();

@@ -1,4 +1,4 @@
-//! The stress of a sheared cell: of one contact, and against the power that drag takes.
+//! The stress of a sheared cell: of one contact, and against the power dissipated by drag.
 
 use super::*;
 use crate::periodic::{Axis, CellShear, Periods, Tilt};
@@ -43,7 +43,7 @@ fn the_stress_of_one_contact_across_the_side_is_its_virial() {
     assert!(reason.contains("periodic.shear"), "{reason}");
 }
 
-/// The powers of a run, summed over its steps: what the shear does, and what drag takes.
+/// The powers of a run, summed over its steps: of the shear, and of drag.
 fn powers(shapes: [Value; 2], dt: f64, mut see: impl FnMut(&[Cell], &Snapshot)) -> [f64; 2] {
     let at = |i: i32, j: i32| {
         let x = 1.5 * (f64::from(i) + 0.5 * f64::from(j % 2)) + 0.02 * f64::from((7 * i + 3 * j) % 5);
@@ -75,8 +75,8 @@ fn powers(shapes: [Value; 2], dt: f64, mut see: impl FnMut(&[Cell], &Snapshot)) 
     sums
 }
 
-/// The work of the shear on contacts goes into drag beside the flow, but for a part of the order of the step: a pair
-/// that meets in a step goes on to its contact, and forces act along normals that turn in it.
+/// The work of the shear on contacts goes into drag relative to the flow, up to a part of the order of the step: a pair
+/// that meets within a step moves on to its contact, and forces act along normals that turn in it.
 #[test]
 fn what_the_shear_does_drag_takes() {
     let ball = json!({"sphere": {"radius": 0.58}});
@@ -85,7 +85,7 @@ fn what_the_shear_does_drag_takes() {
         let off = [0.008, 0.002].map(|dt| {
             let mut worst = 0.0_f64;
             let [done, taken] = powers(shapes.clone(), dt, |values, state| {
-                // The sum of gamma n_x l_y, by the contacts as an export has them.
+                // The sum of gamma n_x l_y, over the contacts of an export.
                 let sum: f64 = crate::record::contacts(state, None)
                     .iter()
                     .map(|contact| {

@@ -1,4 +1,4 @@
-//! The table of measures: named, documented, a number or none for every column.
+//! The table of measures: named, documented, with a value or none for every column.
 
 use super::*;
 

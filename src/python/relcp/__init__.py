@@ -55,10 +55,10 @@ __all__ = [
 
 
 def scenes():
-    """The built-in scenes: what each shows, by its name."""
+    """The built-in scenes: a description of each, by its name."""
     return dict(_scenes())
 
 
 def _scene_of_json(text):
-    """A scene from what its pickle holds."""
+    """Restores a scene from its pickle."""
     return Scene.from_json(text, origin="pickle")

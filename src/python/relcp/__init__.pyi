@@ -35,46 +35,46 @@ __all__ = [
 
 __version__: str
 NO_GROUP: int
-"""A body's group where it has none: 2^32 - 1."""
+"""The group of a body without one: 2^32 - 1."""
 NO_PARENT: int
 """A founder's parent: 2^64 - 1."""
 
 class Error(Exception):
-    """What every exception of relcp is."""
+    """The base class of all exceptions of relcp."""
 
 class SceneError(Error):
     """A scene was refused."""
 
     kind: str
-    """io, syntax, unknown_key, missing_key, duplicate_key, wrong_type, bad_value, too_large, bad_override, placement, interrupted or
-    unknown_scene."""
+    """io, syntax, unknown_key, missing_key, duplicate_key, wrong_type, bad_value, too_large, bad_override, placement,
+    interrupted or unknown_scene."""
     key: str
-    """Dotted, as overrides take it; empty for the scene as a whole."""
+    """Dotted, as in overrides; empty for the scene as a whole."""
     message: str
     help: Optional[str]
     origin: Optional[str]
     """The file, built-in scene, text or override concerned."""
     line: Optional[int]
-    """From 1; None where the scene is not text."""
+    """From 1; None if the scene is not text."""
     column: Optional[int]
-    """In characters, from 1; None where the scene is not text."""
+    """In characters, from 1; None if the scene is not text."""
 
 class SimulationError(Error):
-    """A simulation could not be started or a step not be taken."""
+    """A simulation could not be started, or a step failed."""
 
 class DeviceError(Error):
-    """There is no usable GPU, it cannot do what the scene asks for, or it failed."""
+    """There is no usable GPU, it does not support the scene, or it failed."""
 
 class RecordError(Error):
     """A state file could not be read or written."""
 
 @final
 class Scene:
-    """Everything that determines a run; read and validated, and never changed."""
+    """Everything that determines a run: validated and immutable."""
 
     @staticmethod
     def load(source: _Path, overrides: _Overrides = None) -> Scene:
-        """A built-in scene by its name, or else a scene file by its path; `overrides` gives dotted keys other values."""
+        """A built-in scene by name, or else a scene file by path; `overrides` replaces values by dotted keys."""
 
     @staticmethod
     def from_json(text: str, overrides: _Overrides = None, origin: str = "text") -> Scene:
@@ -82,7 +82,7 @@ class Scene:
 
     @staticmethod
     def from_dict(value: dict[str, Any], overrides: _Overrides = None) -> Scene:
-        """A scene from a dict with a scene file's keys; arrays of numpy may stand for lists."""
+        """A scene from a dict with a scene file's keys; numpy arrays may replace lists."""
 
     @property
     def name(self) -> str: ...
@@ -251,7 +251,7 @@ class StepReport:
 
 @final
 class Contacts:
-    """Pairs of bodies that are near, a row each, sorted by pair. M is their number."""
+    """Pairs of near bodies, one row each, sorted by pair. M is their number."""
 
     def __len__(self) -> int: ...
     @property
@@ -260,7 +260,7 @@ class Contacts:
 
     @property
     def separation(self) -> _Floats:
-        """(M,): signed distance of the surfaces, negative where they overlap."""
+        """(M,): signed distance of the surfaces, negative if they overlap."""
 
     @property
     def normal(self) -> _Floats:
@@ -276,11 +276,11 @@ class Contacts:
 
     @property
     def gamma(self) -> _Floats:
-        """(M,): the force that the last step pushed the pair apart with, summed over its rows; zero where it did not."""
+        """(M,): the contact force of the last step, summed over the rows of the pair; zero without contact."""
 
 @final
 class WallContacts:
-    """Bodies that are near a wall's surface, a row each, sorted by body. M is their number."""
+    """Bodies near a wall's surface, one row each, sorted by body. M is their number."""
 
     def __len__(self) -> int: ...
     @property
@@ -289,7 +289,7 @@ class WallContacts:
 
     @property
     def wall(self) -> npt.NDArray[np.uint64]:
-        """(M,): the wall's place in the scene's list."""
+        """(M,): the index of the wall in the scene."""
 
     @property
     def separation(self) -> _Floats:
@@ -305,7 +305,7 @@ class WallContacts:
 
 @final
 class Bodies:
-    """All bodies in the moment for which a force is asked, a row a body; arrays are copies."""
+    """All bodies at the time at which a force is evaluated, one row per body; arrays are copies."""
 
     def __len__(self) -> int: ...
     @property
@@ -352,9 +352,9 @@ class Bodies:
 
 @final
 class Simulation:
-    """A scene's bodies and what steps them.
+    """A scene's bodies and their backend.
 
-    Every array is a copy of the state after the last accepted step, a row a body; N is the number of bodies.
+    Every array is a copy of the last accepted state, with one row per body; N is the number of bodies.
     """
 
     def __new__(
@@ -374,7 +374,7 @@ class Simulation:
         precision: _Precision = None,
         adapter: Optional[str] = None,
     ) -> Simulation:
-        """Goes on from a state that `save` or the program wrote for the same scene."""
+        """Continues from a state that `save` or the program wrote for the same scene."""
 
     def step(self, n: int = 1, *, past_end: bool = False) -> StepReport:
         """Takes `n` steps, those to the scene's end unless `past_end`, and returns the last one's report."""
@@ -384,11 +384,11 @@ class Simulation:
     ) -> dict[str, Any]:
         """Steps to the scene's end, or to the first step at or after `until`, and returns the summary.
 
-        `callback` has the report of every `every`th step, and of the last; the run ends where it returns False.
+        `callback` gets the report of every `every`th step, and of the last; the run ends if it returns False.
         """
 
     def add_force(self, force: _Force) -> None:
-        """Adds a function that is called once a step and returns forces (N, 3), or forces and torques."""
+        """Adds a function that is called once per step and returns forces (N, 3), or forces and torques."""
 
     @property
     def scene(self) -> Scene: ...
@@ -456,7 +456,7 @@ class Simulation:
 
     @property
     def state_hash(self) -> str:
-        """A hash of every bit of the state; `summary.json` has the same for the same state."""
+        """A hash of every bit of the state, as in `summary.json`."""
 
     def contacts(self, cutoff: float = 0.0) -> Contacts:
         """All pairs of bodies whose separation is at most `cutoff`, computed afresh in f64."""
@@ -465,23 +465,23 @@ class Simulation:
         """All bodies and surfaces of walls whose separation is at most `cutoff`, computed afresh in f64."""
 
     def summary(self) -> dict[str, Any]:
-        """What the run did so far, with the keys of the program's `summary.json`."""
+        """The summary of the run so far, with the keys of the program's `summary.json`."""
 
     def final_scene(self) -> Scene:
-        """The state as a scene that goes on from it, as the program's `final.json`."""
+        """The state as a scene that continues from it, like the program's `final.json`."""
 
     def save(self, path: _Path) -> None:
-        """Writes the state as the program's checkpoint (`.npz`), whole or not at all."""
+        """Writes the state as the program's checkpoint (`.npz`), atomically."""
 
 def devices(adapter: Optional[str] = None) -> list[dict[str, Any]]:
     """The GPU adapters of this machine, better ones first."""
 
 def scenes() -> dict[str, str]:
-    """The built-in scenes: what each shows, by its name."""
+    """The built-in scenes: a description of each, by its name."""
 
 @final
 class Ensemble:
-    """Many scenes that are run together: on a GPU as one, on the CPU over its cores."""
+    """Many scenes that run together: on a GPU as one, on the CPU over its cores."""
 
     def __new__(
         cls,
@@ -494,7 +494,7 @@ class Ensemble:
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Simulation: ...
     def run(self, *, until: Optional[float] = None) -> list[Optional[Exception]]:
-        """Runs every member to its scene's end, or to `until`; gives what stopped a member, or None, for each."""
+        """Runs every member to its end, or to `until`; returns for each None, or the exception that stopped it."""
 
     def summaries(self) -> list[dict[str, Any]]:
         """The members' summaries."""

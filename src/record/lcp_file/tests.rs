@@ -82,7 +82,7 @@ fn every_damaged_byte_and_every_cut_is_found() {
     assert_eq!(newer, LcpFileError::Newer { found: 2, known: LCP_VERSION });
 }
 
-/// A file as numpy packs it: deflated, no header, no seal; each array its type, shape and bytes.
+/// A file like numpy's: deflated, without header and seal; each array with its type, shape and bytes.
 fn foreign(arrays: &[(&str, &str, &str, Vec<u8>)]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, kind, shape, data) in arrays {
@@ -97,7 +97,7 @@ fn foreign(arrays: &[(&str, &str, &str, Vec<u8>)]) -> Vec<u8> {
     zip.finish().unwrap().into_inner()
 }
 
-/// One row between two of three planar bodies, in other types than this program writes.
+/// One row between two of three planar bodies, with other number types than this program's.
 fn arrays() -> Vec<(&'static str, &'static str, &'static str, Vec<u8>)> {
     let reals = |numbers: &[f64]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
     let singles = [0.5_f32, -2.0, 3.25].iter().flat_map(|x| x.to_le_bytes()).collect();
@@ -130,7 +130,7 @@ fn damage_in_files_of_other_programs_is_found_or_harmless() {
         for flip in [0x01, 0x20, 0xff] {
             let mut damaged = bytes.clone();
             damaged[at] ^= flip;
-            // A date or a permission may be anything; the numbers may not.
+            // Dates and permissions may be arbitrary; the numbers may not.
             match decode_lcp(&damaged) {
                 Ok(read) => assert_eq!(read, whole, "byte {at}"),
                 Err(_) => refused += 1,
@@ -182,7 +182,7 @@ fn what_no_lcp_can_have_is_refused_with_its_array() {
     assert_eq!(refused, LcpFileError::NotAnLcp("it has no gamma.npy".into()));
 }
 
-/// The names and contents of the LCPs that a run of a built-in scene leaves.
+/// The names and contents of the saved LCPs of a built-in scene's run.
 fn run(name: &str, sets: &[&str], clean: bool) -> Vec<(String, Stored, LcpHeader)> {
     let parent = tempfile::tempdir().unwrap();
     let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
@@ -227,7 +227,7 @@ fn a_run_saves_what_its_scene_asks_for() {
         assert_eq!((header.solver.as_str(), header.status.as_str()), ("auto", "solved"));
         assert_eq!((header.scene.as_str(), header.precision.as_str()), ("three-capsules", "f64"));
     }
-    // A recursion goes on from the multipliers before it, and a new row from zero.
+    // A recursion continues from the multipliers before it, and a new row starts from zero.
     let [first, second] = [&all[0].1, &all[1].1];
     assert_eq!(first.gamma[..], second.start[..first.gamma.len()]);
     assert!(second.start[first.gamma.len()..].iter().all(|x| *x == 0.0));
@@ -270,7 +270,7 @@ fn a_run_that_is_taken_up_again_saves_no_more_and_the_same() {
     first.advance().unwrap();
     first.checkpoint().unwrap();
     first.advance().unwrap();
-    // As if it were killed here: what step 2 left is made again.
+    // As if it were killed here: the files of step 2 are made again.
     drop(first);
     let mut again = Run::resume(scene(), folder.clone(), &Compute::Cpu).unwrap();
     assert!(saved(&folder).iter().all(|(.., header)| header.step == 1));

@@ -1,18 +1,18 @@
-//! The line on which a function of the page is zero, by marching squares with linear interpolation: walls of any kind
-//! are drawn where their own separation is zero.
+//! The zero line of a function on the page, by marching squares with linear interpolation: walls of any kind are drawn
+//! where their separation is zero.
 
 use crate::page::{Path, PathBuilder};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// Squares along the longer side of a page. Between two of their edges a circle of the page's size is off by a
+/// Squares along the longer side of a page. Within a square, a circle of the page's size has an error of a
 /// ten-thousandth of a square.
 const SQUARES: f64 = 480.0;
 
 /// An edge of a square: its lower or left end, and whether it goes up.
 type Edge = (usize, usize, bool);
 
-/// The line on which `of` is zero, on a page of this size; `None` where `of` has no zero there.
+/// The line on which `of` is zero, on a page of this size; `None` if `of` has no zero there.
 pub(super) fn zero([wide, high]: [f64; 2], of: impl Fn(f64, f64) -> f64) -> Option<Path> {
     let side = wide.max(high) / SQUARES;
     let [columns, rows] = [wide, high].map(|length| (length / side).ceil() as usize);
@@ -32,7 +32,7 @@ pub(super) fn zero([wide, high]: [f64; 2], of: impl Fn(f64, f64) -> f64) -> Opti
             let corners = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
             let inside = corners.map(|(row, column)| values[row][column] > 0.0);
             let cut: Vec<Edge> = (0..4).filter(|k| inside[*k] != inside[(k + 1) % 4]).map(|k| edges[k]).collect();
-            // Of a saddle both pairs in turn are right.
+            // At a saddle either pairing is valid; consecutive crossings are paired.
             for pair in cut.chunks_exact(2) {
                 next.entry(pair[0]).or_default().push(pair[1]);
                 next.entry(pair[1]).or_default().push(pair[0]);
@@ -42,7 +42,7 @@ pub(super) fn zero([wide, high]: [f64; 2], of: impl Fn(f64, f64) -> f64) -> Opti
     chained(next, point)
 }
 
-/// Segments joined to lines, each from an end if it has one.
+/// Joins segments to lines; each line starts at an end if it has one.
 fn chained(mut next: BTreeMap<Edge, Vec<Edge>>, point: impl Fn(Edge) -> DVec2) -> Option<Path> {
     let mut builder = PathBuilder::new();
     while let Some(start) = next.iter().find(|(_, ends)| ends.len() == 1).or(next.iter().next()).map(|(edge, _)| *edge)

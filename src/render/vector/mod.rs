@@ -1,5 +1,5 @@
-//! A picture of a planar run as vectors: bodies, walls, the periodic cell and words, in the places and colours of the
-//! picture in pixels, without its light and shadows.
+//! A picture of a planar run as vectors: bodies, walls, the periodic cell and text, with the positions and colours of
+//! the picture in pixels, without light and shadows.
 
 mod contour;
 mod outline;
@@ -12,32 +12,32 @@ use crate::page::{Anchor, Ink, Page, PathBuilder, Words};
 use glam::{DVec2, DVec3, Vec3};
 use tiny_skia::Rect;
 
-/// The page is so wide, in points: 178 mm.
+/// The width of the page, in points: 178 mm.
 const WIDTH: f32 = 504.6;
-/// Words, lines around bodies, and walls, in points.
+/// The size of text, and the widths of outlines and walls, in points.
 const TEXT: f32 = 8.0;
 const EDGE: f32 = 0.35;
 const WALL: f32 = 0.8;
-/// The distance of words from the border, and the height of the scale of colours, in points.
+/// The distance of text from the border, and the height of the colour scale, in points.
 const BORDER: f32 = 8.0;
 const BAR: f32 = 6.0;
-/// The scale of colours takes this part of the width, in so many fields.
+/// The width of the colour scale over that of the page, and its number of fields.
 const BAR_WIDTH: f32 = 0.16;
 const FIELDS: usize = 64;
-/// How much darker than a body its edge is.
+/// The light of a body's edge over that of the body.
 const EDGE_LIGHT: f32 = 0.25;
 
-/// What a picture shows.
+/// The content of a picture.
 pub(super) struct Drawn<'a> {
     pub bodies: &'a Bodies,
-    /// A linear colour a body.
+    /// A linear colour per body.
     pub colours: &'a [Vec3],
     pub backdrop: &'a Backdrop,
     pub camera: &'a Camera,
     pub background: Background,
-    /// Width and height in pixels of the picture that it stands for.
+    /// Width and height of the corresponding picture in pixels.
     pub size: [u32; 2],
-    /// Time and number of bodies, the colour quantity, and their scale; without it there are no words.
+    /// Time and number of bodies, the colour quantity, and the colour scale; none for a picture without text.
     pub words: Option<(String, Quantity, Option<Scale>)>,
 }
 
@@ -66,7 +66,7 @@ pub(super) fn page(drawn: &Drawn<'_>) -> Page {
     page
 }
 
-/// Where a point of space is on the page.
+/// The position of a point of space on the page.
 fn on_page(drawn: &Drawn<'_>, point: DVec3) -> DVec2 {
     let [wide, high] = drawn.size.map(f64::from);
     let at = drawn.camera.to_view(point - drawn.camera.centre) * drawn.camera.pixels_per_length();
@@ -132,7 +132,7 @@ fn scale_of_colours(letters: &mut Letters<'_>, quantity: Quantity, scale: Option
     for field in 0..FIELDS {
         let light = caption::shade(quantity, field as f32 / (FIELDS - 1) as f32);
         let field_wide = bar / FIELDS as f32;
-        // Fields overlap, so that no line of paper shows between them.
+        // Fields overlap, so that no gap shows between them.
         let own = [if field + 1 == FIELDS { field_wide } else { 1.5 * field_wide }, thick];
         let colour = Ink::opaque(light.to_array().map(colour::encode));
         letters.page.shape(rectangle([left + field as f32 * field_wide, top], own), Some(colour), None);
@@ -201,7 +201,7 @@ mod tests {
         let each = || (0..300_u32).flat_map(|y| (0..900_u32).map(move |x| (x, y)));
         let met = |(x, y): &(u32, u32)| rays.pixel(*x, *y) != Some([255; 3]);
         let (covered, differ) = (each().filter(met).count(), each().filter(|at| met(at) != red(at.0, at.1)).count());
-        // Pixels that an outline cuts may be either.
+        // Pixels on an outline may differ.
         assert!(covered > 20_000 && differ * 25 < covered, "{differ} of {covered}");
     }
 

@@ -1,5 +1,4 @@
-//! Outlines of bodies seen along z: exact but for cubic curves in place of arcs, which are off by less than 3e-4 of a
-//! radius.
+//! Outlines of bodies seen along z: exact up to cubic curves in place of arcs, with an error below 3e-4 of a radius.
 
 use crate::bodies::Bodies;
 use crate::page::{Path, PathBuilder};
@@ -7,14 +6,14 @@ use crate::shape::{Centreline, Geometry};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// Corners of an outline that has no closed form.
+/// The number of corners of an outline without a closed form.
 const CORNERS: usize = 96;
 /// The longest arc that is drawn as one cubic curve.
 const ARC: f64 = 0.5 * PI;
-/// A ring is seen from its side where its axis is this near to the plane, and from above where it is this near to z.
+/// A ring is seen edge-on if its axis is this near to the plane, and from above if it is this near to z.
 const ALIGNED: f64 = 1e-9;
 
-/// The outline of body `i`; `None` where it is not finite or has no extent.
+/// The outline of body `i`; `None` if it is not finite or has no extent.
 pub(super) fn of(bodies: &Bodies, i: usize, on_page: &dyn Fn(DVec3) -> DVec2) -> Option<Path> {
     let (centre, turn) = (bodies.position[i], bodies.orientation[i].normalize());
     if !centre.is_finite() || !turn.is_finite() {
@@ -46,7 +45,7 @@ pub(super) fn of(bodies: &Bodies, i: usize, on_page: &dyn Fn(DVec3) -> DVec2) ->
     pen.builder.finish()
 }
 
-/// The semi-axes of an ellipsoid's shadow in the plane: those of the upper left part of `R diag(radii)^2 R^T`.
+/// The semi-axes of an ellipsoid's shadow in the plane: those of the upper left block of `R diag(radii)^2 R^T`.
 fn shadow(turn: DQuat, radii: DVec3) -> [DVec3; 2] {
     let columns =
         [(DVec3::X, radii.x), (DVec3::Y, radii.y), (DVec3::Z, radii.z)].map(|(axis, radius)| turn * axis * radius);
@@ -74,7 +73,7 @@ impl Pen<'_> {
         self.builder.line_to(point.x, point.y);
     }
 
-    /// The arc `centre + u cos t + v sin t` for `t` from `from` to `to`, from where the pen is.
+    /// The arc `centre + u cos t + v sin t` for `t` from `from` to `to`, starting at the pen's position.
     fn arc(&mut self, centre: DVec3, [u, v]: [DVec3; 2], from: f64, to: f64) {
         let parts = ((to - from).abs() / ARC).ceil().max(1.0);
         let step = (to - from) / parts;
@@ -114,7 +113,7 @@ impl Pen<'_> {
         if flat < ALIGNED {
             let outer = major + radius;
             self.ellipse(centre, DVec3::X * outer, DVec3::Y * outer);
-            // Round the other way, so that the hole is not filled.
+            // In the opposite direction, so that the hole is not filled.
             let inner = major - radius;
             self.ellipse(centre, DVec3::X * inner, DVec3::NEG_Y * inner);
             return;
@@ -123,7 +122,8 @@ impl Pen<'_> {
         if axis.z.abs() < ALIGNED {
             return self.capsule(centre, long, radius);
         }
-        // The offset of an ellipse; inwards it turns over itself where it is narrow, and there is no hole to see.
+        // The offset curve of an ellipse; inwards it intersects itself if the ellipse is narrow, and then no hole is
+        // visible.
         let short = DVec3::Z.cross(long) * axis.z;
         let offset = |side: f64| {
             move |k: usize| {

@@ -1,8 +1,8 @@
-//! A sheet of interlaced rings, as European four-in-one mail is woven.
+//! A sheet of interlaced rings, in the weave of European four-in-one mail.
 //!
 //! Centres are on a square lattice of the x-y plane. Every ring is tilted about the diagonal `(1, 1, 0)`, by plus
-//! [`TILT`] where column + row is even and by minus where it is odd, so that each ring is linked with its four
-//! neighbours and with no other.
+//! [`TILT`] if column + row is even and by minus if it is odd, so that each ring is linked with exactly its four
+//! neighbours.
 
 use crate::bodies::Bodies;
 use crate::separation::Placed;

@@ -6,13 +6,13 @@ use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 
-/// From axis to axis of neighbours, over the diameter: a gap of twice the default cutoff, so that none pushes another
-/// from the first step on.
+/// The distance between the axes of neighbours over the diameter: a gap of twice the default cutoff, so that no cell
+/// pushes another in the first step.
 const SPACING: f64 = 1.2;
 
 /// Their orientation: along x, turned about z.
 pub(super) fn orientation(angle: f64) -> DQuat {
-    // The quarter turn alone has the bits that founders without an angle have always had.
+    // The constant keeps the bits of founders without an angle.
     if angle == 0.0 { ALONG_X } else { DQuat::from_rotation_z(angle.to_radians()) * ALONG_X }
 }
 

@@ -1,5 +1,6 @@
-//! Random sequential placement: uniform centres, isotropic rotations, a draw that overlaps an earlier body is drawn
-//! again. In the plane a body's axis z lies in it, in a uniform direction, as `bodies[].angle` would turn it.
+//! Random sequential placement: uniform centres, isotropic rotations, a draw that overlaps an earlier body is repeated.
+//! In a planar scene a body's axis z lies in the plane, in a uniform direction, with the orientation that
+//! `bodies[].angle` gives.
 
 use super::super::Generate;
 use super::super::error::{FaultKind, SceneError};
@@ -17,18 +18,19 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
 /// Draws of one body before placement counts as failed; at the largest accepted volume fraction the worst body needs
-/// under a two-hundredth of it (tested).
+/// less than a two-hundredth of this (tested).
 const MAX_DRAWS: u64 = 1_000_000;
-/// Draws between two questions whether the placement goes on: some milliseconds.
+/// Draws between two calls of `goes_on`: some milliseconds.
 const DRAWS_A_QUESTION: u64 = 2_048;
-/// Stream of the first rule; streams below are those of dividing bodies, whose ids stay below 2^53.
+/// The random stream of the first rule; the streams below belong to dividing bodies, whose ids stay below 2^53.
 const FIRST_STREAM: u64 = 1 << 63;
 
-/// What is to be placed.
+/// The bodies to place.
 pub(super) struct Order {
-    /// How many of which shape; several are mixed.
+    /// The number of bodies of each shape; several shapes are mixed.
     pub components: Vec<(u64, Shape)>,
-    /// What they fill of the space that they are spread over; of a whole periodic cell what their number makes it.
+    /// Their volume over that of the space in which they are placed; none for a whole periodic cell, where their number
+    /// determines it.
     pub volume_fraction: Option<f64>,
     /// The middle of this space.
     pub center: DVec3,
@@ -47,7 +49,8 @@ impl Order {
         self.components.iter().map(|(count, shape)| *count as f64 * volume(shape, self.planar)).sum()
     }
 
-    /// The components, those with the largest bounding capsules first: small bodies find places between large ones.
+    /// The components in order of placement, those with the largest bounding capsules first: small bodies fit between
+    /// large ones.
     fn largest_first(&self) -> Vec<usize> {
         let size = |of: usize| capsule_of(&self.components[of].1).0.volume();
         let mut numbers: Vec<usize> = (0..self.components.len()).collect();
@@ -56,8 +59,8 @@ impl Order {
     }
 }
 
-/// Places the bodies, clear of those already there and of their images, and inside of the walls. `groups`: of each
-/// component.
+/// Places the bodies inside the walls, without overlap with earlier bodies and their images. `groups` has the group of
+/// each component.
 pub(super) fn add(
     order: &Order,
     walls: &Walls,
@@ -109,8 +112,8 @@ fn stopped(order: &Order, done: u64) -> SceneError {
     SceneError::new(FaultKind::Interrupted, format!("generate.{}.isotropic", order.rule), message)
 }
 
-/// A body at a place that is `free`, and the draws that it took; none also where `goes_on`, asked before each draw,
-/// says so.
+/// A body whose capsule is `free`, and the number of draws; none if there is none in [`MAX_DRAWS`], or if `goes_on`,
+/// which is called before each draw, returns false.
 fn place(
     order: &Order,
     shape: Shape,
@@ -131,8 +134,8 @@ fn place(
     })
 }
 
-/// Sides of the box (in a planar scene, of the rectangle) that the centres are in: the periods, and along axes without
-/// one the same for all.
+/// Sides of the box (in a planar scene, of the rectangle) that contains the centres: the periods, and the same length
+/// along all open axes.
 pub(super) fn sides(order: &Order, periods: Periods) -> DVec3 {
     // A rule without a fraction fills a whole cell, which has no open axis.
     let whole = order.volume() / order.volume_fraction.unwrap_or(1.0);
@@ -146,7 +149,7 @@ pub(super) fn sides(order: &Order, periods: Periods) -> DVec3 {
     DVec3::from_array(periods.lengths().map(|length| length.unwrap_or(side)))
 }
 
-/// What all bodies of a rule add up to for a volume fraction.
+/// The total volume of a rule's bodies, for a volume fraction.
 pub(in super::super) fn volume_of_all(rule: &Generate, planar: bool) -> f64 {
     rule.components().map(|(count, shape, _)| count as f64 * volume(&shape, planar)).sum()
 }
@@ -160,10 +163,10 @@ pub(super) fn volume(shape: &Shape, planar: bool) -> f64 {
         Geometry::Centreline { curve: Centreline::Segment { half }, radius } => {
             PI * radius * radius + 4.0 * half * radius
         }
-        // A ring stands on the plane and meets it in two discs.
+        // A ring is perpendicular to the plane and intersects it in two discs.
         Geometry::Centreline { curve: Centreline::Circle { .. }, radius } => 2.0 * PI * radius * radius,
         Geometry::Ellipsoid { radii } => PI * radii.y * radii.z,
-        // A custom shape is taken for its disc.
+        // A custom shape counts as its bounding disc.
         Geometry::Centreline { curve: Centreline::Point, .. } | Geometry::Convex(_) => {
             PI * shape.bounding_radius().powi(2)
         }
@@ -171,7 +174,7 @@ pub(super) fn volume(shape: &Shape, planar: bool) -> f64 {
 }
 
 /// An isotropic rotation: a uniform point of the three-sphere, from two uniform points of the disc (Marsaglia 1972).
-/// It takes square roots only, which are the same on every machine.
+/// It needs only square roots, which have the same bits on every machine.
 fn rotation(random: &mut ChaCha8Rng) -> DQuat {
     let mut disc = || {
         loop {
@@ -200,11 +203,10 @@ fn rotation_in_plane(random: &mut ChaCha8Rng) -> DQuat {
     }
 }
 
-/// Largest volume fraction of bounding capsules that random placement is asked for, by their length over their
-/// diameter.
+/// The largest accepted volume fraction of bounding capsules, by their length over their diameter.
 ///
-/// Tried with 4,000 bodies, until one needed more than 1,500 draws: 0.32 at aspect 1, 0.30 at 2, 0.27 at 3, 0.23 at 5,
-/// 0.18 at 10 and 0.10 at
+/// Measured with 4,000 bodies, until one needed more than 1,500 draws: 0.32 at aspect 1, 0.30 at 2, 0.27 at 3, 0.23 at
+/// 5, 0.18 at 10 and 0.10 at
 /// 20. This curve stays below all of them.
 fn capsule_fraction(aspect: f64) -> f64 {
     2.4 / (aspect + 6.5)
@@ -213,22 +215,22 @@ fn capsule_fraction(aspect: f64) -> f64 {
 /// The same for discs in a plane, whose random placement jams at 0.547.
 const DISC_FRACTION: f64 = 0.45;
 
-/// The same for capsules that lie in a plane, by their length over their width. Tried likewise, with 200 to 400 bodies:
+/// The same for capsules in a plane, by their length over their width. Measured likewise, with 200 to 400 bodies:
 /// 0.47 at aspect 1 to 3, 0.42 at 5, 0.35 at 10, 0.26 at 20, 0.17 at 50 and 0.09 at 100.
 fn lying_fraction(aspect: f64) -> f64 {
     DISC_FRACTION.min(8.5 / (aspect + 16.5))
 }
 
-/// The section of the capsule that holds a shape as it lies in the plane: its length and its width.
+/// The section of a shape's bounding capsule with the plane: its length and its width.
 fn lying_capsule(shape: &Shape) -> [f64; 2] {
     let (capsule, axis) = capsule_of(shape);
     let width = capsule.thickness();
-    // Its axis stands on the plane where that is the body's x.
+    // If the capsule's axis is the body's x, it is perpendicular to the plane.
     [if axis == DVec3::X { width } else { capsule.major_axis() }, width]
 }
 
 /// Largest volume fraction (of a planar scene, area fraction) that is accepted for all bodies of a rule: each component
-/// takes its part of what it may have alone. Small bodies between large ones reach more (tested).
+/// uses up its share of the fraction that it may have alone. Small bodies between large ones reach more (tested).
 pub(in super::super) fn reachable_by_all(rule: &Generate, planar: bool) -> f64 {
     let limit = |shape: &Shape| reachable_fraction(shape, planar);
     let components: Vec<_> = rule.components().collect();

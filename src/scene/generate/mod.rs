@@ -18,11 +18,10 @@ use crate::shape::Shape;
 use crate::walls::Walls;
 use glam::{DQuat, DVec3};
 
-/// Asked now and then, with the number of bodies placed so far, whether the placement goes on.
+/// Called regularly with the number of bodies placed so far; placement stops if it returns false.
 type GoesOn<'a> = &'a mut dyn FnMut(usize) -> bool;
 
-/// Adds the bodies of the scene's rule `index`, inside of the walls; `groups` are the numbers of its components'
-/// groups.
+/// Adds the bodies of the scene's rule `index`, inside the walls; `groups` has the group indices of its components.
 pub(super) fn add(
     scene: &Scene,
     index: usize,
@@ -44,7 +43,7 @@ pub(super) fn add(
     Ok(())
 }
 
-/// A sheet of rings, or a row of cells, that is longer than a period would go through itself.
+/// Refuses a sheet of rings, or a row of cells, that is longer than a period: it would overlap itself.
 fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Result<(), SceneError> {
     let rule = &scene.generate[index];
     let what = match rule {
@@ -73,7 +72,7 @@ fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Re
     Ok(())
 }
 
-/// What the scene's rule `index` is to place, where it places at random.
+/// The bodies that the scene's rule `index` places at random; none for other rules.
 fn order(scene: &Scene, index: usize) -> Option<isotropic::Order> {
     let rule = &scene.generate[index];
     let Generate::Isotropic { volume_fraction, center, .. } = rule else { return None };
@@ -82,8 +81,8 @@ fn order(scene: &Scene, index: usize) -> Option<isotropic::Order> {
     Some(isotropic::Order { components, volume_fraction, center, planar: scene.planar, seed: scene.seed, rule: index })
 }
 
-/// The largest side of the box that rule `index` draws its centres in, along axes without a period; none where the rule
-/// draws none, or every axis has a period.
+/// The largest side, along open axes, of the box in which rule `index` draws its centres; none if the rule draws none,
+/// or every axis is periodic.
 pub(super) fn open_side(scene: &Scene, index: usize) -> Option<f64> {
     let (order, periods) = (order(scene, index)?, scene.periods());
     let sides = isotropic::sides(&order, periods).to_array();
@@ -115,8 +114,8 @@ fn place(
     }
 }
 
-/// An orientation that all bodies of a shape of a rule have in a planar scene, or would have if turned about z; none
-/// where they turn any way.
+/// An orientation that all bodies of one shape of a rule have in a planar scene, up to a turn about z; none if their
+/// orientations differ otherwise.
 pub(super) fn planar_orientation(rule: &Generate, shape: &Shape) -> Option<DQuat> {
     match (rule, shape) {
         (Generate::Founder { angle, .. }, _) => Some(founder::orientation(*angle)),

@@ -6,12 +6,11 @@ use crate::shape::{Centreline, Geometry, Shape};
 use glam::{DQuat, DVec3, I64Vec3};
 use std::collections::{BTreeMap, HashMap};
 
-/// A capsule that holds a shape, for the search for a free place, and its axis in the shape's body axes.
+/// The bounding capsule of a shape, for the search of free positions, and its axis in body axes.
 ///
-/// It is the body itself for spheres and spherocylinders. For an ellipsoid it has the longest radius for its half
-/// length and the middle one for its radius, which holds the ellipsoid because the end's radius of curvature, at most
-/// `b^2 / c`, is not above `b`. For a ring or a custom shape it is the bounding sphere, so that rings do not interlock
-/// by chance.
+/// It is the body itself for spheres and spherocylinders. For an ellipsoid its half length is the longest radius and
+/// its radius the middle one; it contains the ellipsoid because the end's radius of curvature, at most `b^2 / c`, is
+/// not above `b`. For a ring or a custom shape it is the bounding sphere, so that rings do not interlock by chance.
 pub(super) fn capsule_of(shape: &Shape) -> (Shape, DVec3) {
     match shape.geometry() {
         Geometry::Centreline { curve: Centreline::Point | Centreline::Segment { .. }, .. } => (*shape, DVec3::Z),
@@ -40,7 +39,7 @@ fn overlap(a: &Placed, b: &Placed) -> bool {
         && separation(a, b, None).is_some_and(|found| found.separation < 0.0)
 }
 
-/// Capsules of about one size: each in the cell of its centre.
+/// Capsules of one size class, each in the cell of its centre.
 #[derive(Default)]
 struct Grid {
     side: f64,
@@ -68,7 +67,7 @@ impl Grid {
         // A grid's capsules reach at most half a side from their centres.
         let reach = DVec3::splat(capsule.shape.bounding_radius() + 0.5 * self.side);
         let (low, high) = (self.cell(capsule.position - reach), self.cell(capsule.position + reach));
-        // In floats: of a grid far finer than the capsule the cells are more than integers hold.
+        // In floats: for a grid far finer than the capsule, the number of cells would overflow an integer.
         let cells = high.as_dvec3() - low.as_dvec3() + DVec3::ONE;
         if cells.element_product() > self.capsules.len() as f64 {
             return self.capsules.iter().any(|other| overlap(capsule, other));
@@ -93,20 +92,20 @@ impl Grid {
 /// All capsules placed so far.
 #[derive(Default)]
 pub(super) struct Occupied {
-    /// By the power of two at or above twice the reach, which is the cells' side.
+    /// By the exponent of the cells' side, the smallest power of two that is at least twice the reach.
     grids: BTreeMap<i32, Grid>,
     periods: Periods,
-    /// The farthest that one of them reaches from its centre.
+    /// The largest reach of a capsule from its centre.
     reach: f64,
 }
 
 impl Occupied {
-    /// None yet, in the space of `periods`.
+    /// No capsules, in the space of `periods`.
     pub fn new(periods: Periods) -> Self {
         Occupied { periods, ..Occupied::default() }
     }
 
-    /// Takes the capsule's place.
+    /// Adds a capsule.
     pub fn insert(&mut self, capsule: Placed) {
         let capsule = Placed { position: self.periods.wrapped(capsule.position).0, ..capsule };
         self.reach = self.reach.max(capsule.shape.bounding_radius());
@@ -115,14 +114,14 @@ impl Occupied {
         grid.insert(capsule);
     }
 
-    /// Whether the capsule overlaps one of those placed, or an image of one.
+    /// Whether the capsule overlaps an earlier one, or an image of one.
     pub fn overlaps(&self, capsule: &Placed) -> bool {
         let overlaps = |capsule: &Placed| self.grids.values().any(|grid| grid.overlaps(capsule));
         if self.periods.is_none() {
             return overlaps(capsule);
         }
         let (position, length) = (self.periods.wrapped(capsule.position).0, self.periods.length());
-        // Centres of those placed are in the cell about the origin.
+        // The centres of earlier capsules are in the cell about the origin.
         let reach = 0.5 * length + self.reach + capsule.shape.bounding_radius();
         let near = |axis: usize, here: f64| {
             let images = [0.0, -length[axis], length[axis]].map(|by| here + by);

@@ -10,28 +10,28 @@ use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Points that measure how much of a box lies inside of walls: to some 2 % of a tenth.
+/// Sample points for the part of a box inside the walls: a tenth is found to about 2 % of itself.
 const POINTS: usize = 20_000;
-/// The radius of a point, in parts of the body's.
+/// The radius of a sample point over that of a body.
 const POINT: f64 = 1e-9;
-/// What discs and spheres fill at most by random sequential placement (0.5471 and 0.3841; Y. Feder, "Random sequential
-/// adsorption", 1980, and later simulations), with two hundredths for the sampling.
+/// The largest fractions that discs and spheres fill by random sequential placement (0.5471 and 0.3841; Y. Feder,
+/// "Random sequential adsorption", 1980, and later simulations), plus two hundredths for the sampling.
 const DISCS: f64 = 0.57;
 const SPHERES: f64 = 0.40;
-/// Other shapes: this many times what is reached easily.
+/// For other shapes: this many times the fraction that is accepted.
 const OF_REACHED: f64 = 2.0;
 
-/// The box that a rule's centres are drawn in.
+/// The box in which a rule's centres are drawn.
 pub(super) struct Room<'a> {
     pub order: &'a Order,
     pub sides: DVec3,
-    /// Which axes have a period: bodies do not reach over it.
+    /// Which axes are periodic: there bodies do not extend beyond the box.
     pub periodic: [bool; 3],
     pub walls: &'a Walls,
 }
 
 impl Room<'_> {
-    /// Refuses bodies that fill more of the part inside of the walls than random placement can, before any is drawn.
+    /// Refuses bodies that would fill more of the part inside the walls than random placement can, before any is drawn.
     pub fn check(&self) -> Result<(), SceneError> {
         if self.walls.is_empty() {
             return Ok(());
@@ -42,14 +42,18 @@ impl Room<'_> {
         }
         let count = self.order.count();
         let why = if filled.is_finite() {
-            format!("they would fill {} of that part, and random placement ends at {}", few(filled), few(self.most()))
+            format!(
+                "they would fill {} of that part; random placement reaches at most {}",
+                few(filled),
+                few(self.most())
+            )
         } else {
             "no body fits there".into()
         };
         Err(self.fault(format!("{count} bodies do not fit: {}; {why}", self.described())))
     }
 
-    /// No place was found for a body in so many draws.
+    /// The error if a body found no free position in so many draws.
     pub fn full(&self, body: u64, draws: u64) -> SceneError {
         let count = self.order.count();
         let place = if self.walls.is_empty() { self.region() } else { self.described() };
@@ -85,16 +89,16 @@ impl Room<'_> {
         }
     }
 
-    /// The region, and how much of it lies inside of the walls.
+    /// The region, and which part of it is inside the walls.
     fn described(&self) -> String {
         match self.inside(self.sides) {
-            0.0 => format!("{}, no part of which lies inside of the walls", self.region()),
+            0.0 => format!("{}, no part of which is inside the walls", self.region()),
             1.0 => self.region(),
-            part => format!("{}, of which {} % lies inside of the walls", self.region(), few(100.0 * part)),
+            part => format!("{}, of which {} % is inside the walls", self.region(), few(100.0 * part)),
         }
     }
 
-    /// What the bodies fill of what lies inside of the walls and within their reach.
+    /// The volume fraction of the bodies in the part that is inside the walls and within their reach.
     fn filled(&self) -> f64 {
         let Order { components, planar, .. } = self.order;
         let reach = 2.0 * components.iter().map(|(_, shape)| shape.bounding_radius()).fold(0.0, f64::max);
@@ -106,7 +110,7 @@ impl Room<'_> {
         self.order.volume() / (size * self.inside(sides))
     }
 
-    /// The part of a box about the centre that lies inside of the walls.
+    /// The part of a box about the centre that is inside the walls.
     fn inside(&self, sides: DVec3) -> f64 {
         let mut random = ChaCha8Rng::seed_from_u64(0);
         let thinnest = self.order.components.iter().map(|(_, shape)| shape.bounding_radius()).fold(f64::MAX, f64::min);
@@ -121,7 +125,7 @@ impl Room<'_> {
         (0..POINTS).filter(is_inside).count() as f64 / POINTS as f64
     }
 
-    /// The most that random placement fills; of a mixture, where each component fills what the others leave.
+    /// The largest fraction that random placement fills; in a mixture, each component fills what the others leave.
     fn most(&self) -> f64 {
         let Order { components, planar, .. } = self.order;
         let of = |shape: &Shape| match (shape, planar) {

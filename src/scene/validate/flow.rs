@@ -57,7 +57,7 @@ impl Scene {
         for (list, index, shape) in self.shapes() {
             if shape.bretherton().is_none() {
                 let message = format!(
-                    "{list}.{index} has a shape of its own, and how a flow turns it is not known; leave the flow out or choose another shape"
+                    "{list}.{index} has a custom shape, whose rotation in a flow is not known; omit the flow or choose another shape"
                 );
                 return Err(SceneError::bad(key, message));
             }
@@ -70,7 +70,7 @@ impl Scene {
         let across = |axis: &usize| periodic.lengths[*axis].is_some() && gradient[*axis] != 0.0;
         let Some(axis) = (0..3).find(across) else { return Ok(()) };
         let message = format!(
-            "has the flow change along {}, along which the scene is periodic: images of a body would be carried apart; let periodic.lengths.{axis} be null, or choose a gradient across the periodic axes",
+            "makes the flow change along {}, a periodic axis: images of a body would move apart; set periodic.lengths.{axis} to null, or choose a gradient across the periodic axes",
             ["x", "y", "z"][axis]
         );
         Err(SceneError::bad(key.index(axis), message))

@@ -143,7 +143,7 @@ fn check_numbers(key: &Key, force: &Force) -> Result<(), SceneError> {
     }
     match force.trap() {
         Some((_, [false, false, false])) => {
-            Err(SceneError::bad(key.field("axes"), "must be true for an axis at least; without it, it is for all"))
+            Err(SceneError::bad(key.field("axes"), "must be true for at least one axis; omit it for all axes"))
         }
         _ => Ok(()),
     }
@@ -168,7 +168,7 @@ pub(super) fn check_window(key: &Key, window: &Window) -> Result<(), SceneError>
     let Some(duty) = duty else { return Ok(()) };
     let key = key.field("duty");
     if period.is_none() {
-        return Err(SceneError::bad(key, "is a part of a period; give `period`, or omit it"));
+        return Err(SceneError::bad(key, "is a fraction of a period; set `period`, or omit it"));
     }
     positive(&key, duty)?;
     if duty > 1.0 {

@@ -82,7 +82,7 @@ impl Scene {
             positive(&fraction_key, fraction)?;
             if fraction > limit {
                 let message = format!(
-                    "must be at most {limit} for this {what}, where random placement without overlap ends",
+                    "must be at most {limit} for this {what}, the limit of random placement without overlap",
                     limit = at_most(limit)
                 );
                 return Err(SceneError::bad(fraction_key, message));
@@ -96,7 +96,7 @@ impl Scene {
         let fraction = isotropic_volume(rule, self.planar) / cell;
         if fraction > limit {
             let message = format!(
-                "fills {fraction} of the periodic cell; at most {limit} for this {what}, where random placement without overlap ends",
+                "fills {fraction} of the periodic cell; at most {limit} for this {what}, the limit of random placement without overlap",
                 fraction = few(fraction),
                 limit = at_most(limit)
             );

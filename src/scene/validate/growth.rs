@@ -44,14 +44,14 @@ impl Scene {
                 Some(group) => format!("the bodies of the group `{group}`"),
                 None => "all bodies that no other entry names".to_owned(),
             };
-            let message = format!("holds for {of}, as growth.{other} does; a body belongs to one entry");
+            let message = format!("applies to {of}, like growth.{other}; a body belongs to one entry");
             return Err(SceneError::bad(key.field("group"), message));
         }
         self.check_group(key, growth.group.as_deref())?;
         if growth.stop.is_some()
             && let Some(other) = before.iter().position(|other| other.stop.is_some())
         {
-            let message = format!("ends the run, and growth.{other} has one already; omit one of them");
+            let message = format!("growth.{other} already has one; omit one of them");
             return Err(SceneError::bad(key.field("stop"), message));
         }
         if before.first().is_some_and(|first| first.on_no_room != growth.on_no_room) {
@@ -116,7 +116,7 @@ impl Scene {
             }
         }
         if growth.has_no_target() {
-            let message = format!("is missing; the rule \"{}\" divides cells by it", growth.rule.name());
+            let message = format!("is missing; the rule \"{}\" requires it", growth.rule.name());
             return Err(SceneError::bad(key.field(own), message));
         }
         positive(&key.field(own), target)?;

@@ -99,7 +99,7 @@ impl Scene {
         if time.end < time.start {
             return Err(SceneError::bad(
                 key.field("end"),
-                format!("must not lie before time.start, {}", exact(time.start)),
+                format!("must not be before time.start, {}", exact(time.start)),
             ));
         }
         let steps = (time.end - time.start) / time.dt;
@@ -115,10 +115,7 @@ impl Scene {
             positive(&key.field("tolerance"), tolerance)?;
             if tolerance > self.contact.overlap_tolerance {
                 let limit = self.contact.overlap_tolerance;
-                let message = format!(
-                    "must not exceed contact.overlap_tolerance, {limit}, which it serves",
-                    limit = at_most(limit)
-                );
+                let message = format!("must not exceed contact.overlap_tolerance, {limit}", limit = at_most(limit));
                 return Err(SceneError::bad(key.field("tolerance"), message));
             }
         }
@@ -151,7 +148,7 @@ impl Scene {
                 ));
             }
             if names[..i].contains(name) {
-                return Err(SceneError::bad(key.index(i), "is there twice"));
+                return Err(SceneError::bad(key.index(i), "is listed twice"));
             }
         }
         Ok(())

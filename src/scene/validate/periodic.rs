@@ -83,7 +83,7 @@ impl Scene {
     fn check_periodic_forces(&self, root: &Key) -> Result<(), SceneError> {
         for (i, force) in self.forces.iter().enumerate() {
             if force.is_radial() {
-                let message = "points from or to one point, which a periodic scene does not have";
+                let message = "needs a single centre, which a periodic scene does not have";
                 return Err(SceneError::bad(root.field("forces").index(i).field(force.name()), message));
             }
         }
@@ -123,7 +123,7 @@ impl Scene {
             let (count, fraction) = (rule.count(), isotropic_volume(rule, self.planar) / cell);
             if (volume_fraction / fraction - 1.0).abs() > FRACTION_SLACK {
                 let message = format!(
-                    "must be {fraction}, which {count} of these bodies are of the periodic cell, or left out, or another count or cell",
+                    "must be {fraction}, the volume fraction of {count} of these bodies in the periodic cell; omit it, or change the count or the cell",
                     fraction = short(fraction)
                 );
                 let key = root.field("generate");

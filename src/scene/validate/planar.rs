@@ -37,7 +37,7 @@ impl Scene {
             && center[2] != plane
         {
             let message = format!(
-                "must be that of the plane, {plane}, not {}; or let axes[2] be false",
+                "must be that of the plane, {plane}, not {}; or set axes[2] to false",
                 exact(center[2]),
                 plane = exact(plane)
             );

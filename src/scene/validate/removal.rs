@@ -30,7 +30,7 @@ impl Scene {
                 let key = key.field(shape.name());
                 check_wall(&key, shape)?;
                 if shape.motion().is_some() {
-                    let message = "is for walls; the border of a region that bodies leave does not move";
+                    let message = "is for walls only; the border of a removal region does not move";
                     return Err(SceneError::bad(key.field("motion"), message));
                 }
                 if self.planar {

@@ -19,13 +19,13 @@ impl Scene {
         let key = key.field("shear");
         number(&key.field("rate"), shear.rate)?;
         if shear.gradient <= shear.direction {
-            let message = "must be an axis after `direction`, as in the tilts xy, xz and yz of other programs: name the axes of the scene so";
+            let message = "must be an axis after `direction`, as in the tilts xy, xz and yz of other programs: rename the axes of the scene";
             return Err(SceneError::bad(key.field("gradient"), message));
         }
         for (name, axis) in [("direction", shear.direction), ("gradient", shear.gradient)] {
             if cell.lengths[axis.index()].is_none() {
                 let message = format!(
-                    "must be an axis with a period: give periodic.lengths.{} a length, or omit `shear` and give the fluid a `flow`",
+                    "must be a periodic axis: set periodic.lengths.{}, or omit `shear` and use `flow`",
                     axis.index()
                 );
                 return Err(SceneError::bad(key.field(name), message));
@@ -36,7 +36,7 @@ impl Scene {
             return Err(SceneError::bad(key, message));
         }
         if self.flow.is_some() {
-            let message = "already has a flow of its own rate; omit `flow`";
+            let message = "already defines a flow; omit `flow`";
             return Err(SceneError::bad(key, message));
         }
         self.check_goes_with_cell(root, &key, "shear")?;

@@ -26,7 +26,7 @@ impl Scene {
             return Err(SceneError::bad(key, message));
         }
         if self.flow.is_some() {
-            let message = "already has a flow; omit `flow`, or let the cell be as it is";
+            let message = "already defines a flow; omit `flow`, or keep the cell's lengths constant";
             return Err(SceneError::bad(key, message));
         }
         self.check_goes_with_cell(root, &key, "strain_rate")?;
@@ -42,12 +42,12 @@ impl Scene {
             return Err(SceneError::bad(root.field("time").field("stepping"), message));
         }
         if self.fixed().any() {
-            let message = "carries every image of a body apart, which a fixed body cannot follow; omit `fixed`";
+            let message = "moves the images of a body apart, which a fixed body cannot follow; omit `fixed`";
             return Err(SceneError::bad(key, message));
         }
         if let Some((i, force)) = self.forces.iter().enumerate().find(|(_, force)| force.trap().is_some()) {
             let message = format!(
-                "draws to one place, whose images a changing cell would carry away; omit it, or `periodic.{name}`"
+                "pulls to one point, whose images a changing cell would move apart; omit it, or `periodic.{name}`"
             );
             return Err(SceneError::bad(root.field("forces").index(i).field(force.name()), message));
         }

@@ -65,7 +65,7 @@ impl Scene {
         let farthest = times.map(|time| wall.moved(time).map_or(0.0, |moved| moved.farthest()));
         if farthest[0].max(farthest[1]) * f64::EPSILON > self.contact.overlap_tolerance {
             let message = format!(
-                "leads so far by the run's end, {}, that 64-bit floats are coarser there than contact.overlap_tolerance; choose a smaller velocity, an earlier end or a window",
+                "moves the wall so far by the run's end, {}, that 64-bit floats are coarser there than contact.overlap_tolerance; choose a smaller velocity, an earlier end or a window",
                 short(farthest[0].max(farthest[1]))
             );
             return Err(SceneError::bad(key, message));

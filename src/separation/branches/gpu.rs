@@ -1,4 +1,4 @@
-//! Branches in WGSL: the fragments of a kernel that knows the branches of a scene's pairs.
+//! Branches in WGSL: the fragments of a kernel for the branches of a scene's pairs.
 
 use super::{BRANCHES, DEEPEST, LEAST_SLACK, RING_ROUNDING, ROUNDING, SLACK_IN_SPACE, WINDOW};
 use crate::gpu::{Source, fragment};
@@ -6,8 +6,8 @@ use crate::separation::gpu::{Family, add_minima_of_circles_to, add_tolerances_to
 use crate::shape::Shape;
 use std::fmt::Write as _;
 
-/// Two ways to compute a distance differ by less than this many roundings of the sizes: by 2.1 at most in 7 million
-/// random pairs of rods, aspect 1.5 to 100.
+/// Two ways to compute a distance differ by less than this many roundings of the sizes: at most 2.1 in 7 million random
+/// pairs of rods, aspect 1.5 to 100.
 const ROUNDINGS: f64 = 8.0;
 
 /// The pairs of a scene that have several branches.
@@ -18,7 +18,7 @@ pub(crate) struct Branched {
 }
 
 impl Branched {
-    /// Those of bodies of these shapes.
+    /// The pairs of bodies of these shapes.
     pub fn of(shapes: &[Shape]) -> Self {
         Branched {
             rods: shapes.iter().any(|shape| matches!(shape, Shape::Spherocylinder { .. })),
@@ -26,31 +26,31 @@ impl Branched {
         }
     }
 
-    /// Whether there are some.
+    /// Whether there are any.
     pub fn any(self) -> bool {
         self.rods || self.rings
     }
 
-    /// Whether some have branches whose separation follows from their number alone.
+    /// Whether any have branches whose separation follows from their number alone.
     pub fn has_ends(self) -> bool {
         self.rods
     }
 
-    /// How many branches a pair has at most.
+    /// The largest number of branches of a pair.
     pub fn most(self) -> u32 {
         if self.any() { BRANCHES } else { 1 }
     }
 
-    /// Adds, to a source with bodies, `BRANCHED`, whether there are some; the bit `WHOLE` of the separation itself in a
+    /// Adds, to a source with bodies, `BRANCHED`, whether there are any; the bit `WHOLE` of the separation itself in a
     /// mask of branches; and the functions
     ///
-    /// * `has_branches(a, b)`, whether a pair has several;
-    /// * `branches_within(delta, a, b, nearest, limit, most_active, pushed)`: the mask of the branches of such a pair,
-    ///   `nearest` apart, that are at most `limit`, and of those over `most_active` only the `pushed` ones; at least
-    ///   one;
+    /// * `has_branches(a, b)`: whether a pair has several;
+    /// * `branches_within(delta, a, b, nearest, limit, most_active, pushed)`: the mask of the branches of such a pair
+    ///   with the separation `nearest` that are at most `limit`; of those above `most_active` only the `pushed` ones;
+    ///   at least one;
     /// * `branch_separation(delta, a, b, nearest, k)`: the separation at branch `k > 0`;
     /// * `branch_slack(a, b, normal, turned, slid)`: how far a branch may lie above the pair's separation and still
-    ///   become active, if the pair turns against each other by the rotation vector `turned` and slides by `slid`.
+    ///   become active, with the relative rotation vector `turned` and the slide `slid`.
     pub fn add_to(self, source: Source) -> Source {
         let epsilon = source.precision().epsilon();
         let mut source = add_tolerances_to(source)
@@ -78,7 +78,7 @@ impl Branched {
         source.text(&self.functions())
     }
 
-    /// The functions that choose by the shapes of a pair.
+    /// The functions that dispatch on the shapes of a pair.
     fn functions(self) -> String {
         let mut text = String::new();
         let tests = [("are_rods", self.rods), ("are_rings", self.rings), ("are_ring_and_rod", self.rods && self.rings)];

@@ -1,4 +1,4 @@
-//! Branches of poses whose answers are known, and what holds of all.
+//! Branches of poses with known answers, and properties of all poses.
 
 use super::*;
 use crate::shape::Shape;
@@ -26,8 +26,8 @@ fn an_end_has_the_same_separation_by_its_number() {
     assert!(ends >= 12, "{ends}");
 }
 
-/// Of linked rings that are drawn apart, in many poses: the nearest minimum is the pair's separation, and a minimum
-/// has the same number whatever the slack is.
+/// For linked rings under tension, in many poses: the nearest minimum is the pair's separation, and a minimum has the
+/// same number for every slack.
 #[test]
 fn two_rings_have_a_branch_for_each_minimum() {
     let ring = |major_radius: f64, position: DVec3, orientation: DQuat| Placed {
@@ -88,7 +88,7 @@ fn a_rod_across_a_ring_touches_it_twice() {
     }
 }
 
-/// Where the rod's nearest place to the axis is its end, both pieces of the search have that end.
+/// If the rod's point nearest to the axis is its end, both pieces of the search have that end.
 #[test]
 fn an_end_of_a_rod_at_a_ring_counts_once() {
     let torus = Shape::Torus { major_radius: 1.0, minor_radius: 0.1 };

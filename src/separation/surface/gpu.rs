@@ -1,14 +1,13 @@
-//! Separations from surfaces in WGSL: surfaces as numbers, and the fragments of a kernel that looks at one place of a
-//! body.
+//! Separations from surfaces in WGSL: the encoding of surfaces, and the fragments of a kernel for one place of a body.
 //!
-//! In the kernel are the functions
+//! The kernel has the functions
 //!
 //! * `surface_at(index)`, `offset_from(surface, cell, remainder)` and `gap_of(surface, offset)`, the gap of a point on
 //!   the lattice;
-//! * with the shapes, `separate_place(surface, offset, body, place) -> Separation`, as [`Surface::places`] has it; HUGE
-//!   where there is no such place.
+//! * with the shapes, `separate_place(surface, offset, body, place) -> Separation`, as [`Surface::places`]; HUGE if the
+//!   body has no such place.
 //!
-//! Surfaces are read from an array `surfaces: array<vec4r>`, [`SURFACE_VECTORS`] each.
+//! Surfaces are read from an array `surfaces: array<vec4r>`, [`SURFACE_VECTORS`] vectors each.
 
 use super::super::direction::perpendicular;
 use super::super::gpu::{Family, add_bodies_to, add_tolerances_to};
@@ -17,29 +16,29 @@ use crate::gpu::{Fragment, GpuError, Lattice, Source, fragment};
 use crate::shape::Shape;
 use glam::DVec3;
 
-/// Vectors of four numbers that a surface takes.
+/// The number of 4-vectors per surface.
 pub const SURFACE_VECTORS: usize = 9;
 
-/// A unit of offsets is so many pitches, as powers of two: between half a thickness and one.
+/// The unit of offsets is two to this power in pitches: between half a thickness and one.
 const UNIT_BITS: u32 = 10;
 
-/// Unit vectors are multiples of `2^-COARSE_BITS` and what is left. Offsets on the lattice are of at most 2^21 units,
-/// so that what is left makes at most two units, and its rounding two of a unit; 32 bits hold sums of up to 2^12 units
-/// and tell them apart with 2^11 to spare for an estimate in floats.
+/// Unit vectors are multiples of `2^-COARSE_BITS` plus a remainder. Offsets on the lattice are at most 2^21 units, so
+/// the remainder contributes at most two units, and its rounding two of a unit; 32 bits hold sums of up to 2^12 units
+/// and distinguish them with 2^11 to spare for an estimate in floats.
 const COARSE_BITS: u32 = 20;
 
-/// A cell in two parts, the lower of 12 bits, so that 32-bit floats hold both.
+/// A cell is split into two parts, the lower of 12 bits, so that 32-bit floats hold both.
 const CELL_BITS: u32 = 12;
 
-/// Radii in units at most, 2^22: farther than any two points of the lattice are apart, so that no body comes near a
-/// larger one.
+/// The largest radius in units, 2^22: more than the distance between any two points of the lattice, so that no body
+/// comes near a larger one.
 const LARGEST_RADIUS: f64 = 4_194_304.0;
 
-/// Differences of squares under this, in squares of units, are exact in 32 bits, with as much to spare for an estimate
-/// in floats.
+/// Differences of squares below this, in squared units, are exact in 32 bits, with as much to spare for an estimate in
+/// floats.
 const LARGEST_SQUARE: f64 = 1_073_741_824.0;
 
-/// The kinds of surfaces as numbers, as kernels read them.
+/// The codes of the kinds of surfaces in kernels.
 #[derive(Clone, Copy)]
 enum Kind {
     Plane,
@@ -47,7 +46,7 @@ enum Kind {
     Cylinder,
 }
 
-/// What a family of shapes adds to a kernel: its fragment, and the call that makes an `Arm`.
+/// The part of a family of shapes in a kernel: its fragment, and the call that makes an `Arm`.
 const ARMS: [(Family, Fragment, &str); 3] = [
     (Family::Segment, fragment!("separation/surface_segment.wgsl"), "arm_of_segment(body, place)"),
     (
@@ -86,7 +85,7 @@ pub fn add_surfaces_to(source: Source, lattice: &Lattice) -> Source {
         .include(fragment!("separation/surface.wgsl"))
 }
 
-/// Adds the separations of bodies of these shapes too.
+/// Also adds the separations of bodies of these shapes.
 #[must_use]
 pub fn add_places_to(source: Source, lattice: &Lattice, shapes: &[Shape]) -> Source {
     let mut source = add_surfaces_to(add_tolerances_to(add_bodies_to(source)), lattice)
@@ -109,10 +108,10 @@ fn unit(lattice: &Lattice) -> f64 {
     lattice.pitch() * f64::from(UNIT_BITS).exp2()
 }
 
-/// A surface as the kernels read it.
+/// The encoding of a surface for kernels.
 ///
 /// # Errors
-/// [`GpuError::Unsupported`] where its point or centre lies beyond the lattice.
+/// [`GpuError::Unsupported`] if its point or centre is beyond the lattice.
 pub fn surface_numbers(surface: &Surface, lattice: &Lattice) -> Result<[f64; 4 * SURFACE_VECTORS], GpuError> {
     let (kind, reference, radius, directions) = match *surface {
         Surface::Plane { point, normal } => (Kind::Plane, point, 0.0, [normal, DVec3::ZERO]),
@@ -178,7 +177,7 @@ mod tests {
         }
     }
 
-    /// What the kernel adds up again, in 32-bit floats, is the surface.
+    /// The kernel recovers the surface from its encoding in 32-bit floats.
     #[test]
     fn floats_hold_the_numbers() {
         let lattice = Lattice::for_thickness(0.7).unwrap();

@@ -60,7 +60,7 @@ pub struct IterationRow {
     pub bytes_written: f64,
 }
 
-/// Steps so many bodies.
+/// Steps this number of bodies.
 pub fn measure(
     (kind, bodies): (Kind, usize),
     (gpu, precision): (&Arc<Gpu>, Precision),
@@ -88,7 +88,7 @@ pub fn measure(
     })
 }
 
-/// Profiles a few steps of so many bodies: every stage, the solver's by iterations too.
+/// Profiles a few steps of this number of bodies: every stage, and those of the solver also by iteration.
 pub fn iteration(
     (kind, bodies): (Kind, usize),
     (gpu, precision): (&Arc<Gpu>, Precision),

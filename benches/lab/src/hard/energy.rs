@@ -1,5 +1,4 @@
-//! Energy that comes from nowhere: contact takes energy, and forces with a potential give none that they do not take
-//! back.
+//! A check for created energy: contact dissipates energy, and forces with a potential conserve it.
 
 use glam::DVec3;
 use relcp::bodies::Bodies;
@@ -29,8 +28,8 @@ struct Account {
 }
 
 impl Energy {
-    /// Where a scene's energy can be told: it has inertia, no growth, walls that stand, and forces with a linear
-    /// potential only.
+    /// Returns the check if the energy of the scene is known: the scene has inertia, no growth, fixed walls, and forces
+    /// with a linear potential only.
     pub(super) fn of(scene: &Scene) -> Option<Energy> {
         let Dynamics::Inertial { density, drag: None } = scene.dynamics else { return None };
         let groups = scene.group_names();

@@ -1,10 +1,11 @@
-//! Numerical stability on hard cases: small scenes of the kinds that break contact codes, each run for some steps by
-//! the default method on the CPU and audited from its accepted states alone.
+//! Numerical stability on hard cases: small scenes of the kinds that break contact codes, each run for some steps with
+//! the default method on the CPU and audited from its accepted states only.
 //!
-//! The rules of a verdict are in [`judge`]: it fails where an accepted step is over its tolerance although the run was
-//! to stop there, a state is not finite, the program panics, a step leaves more overlap than it says, a solve claims a
-//! tolerance that it missed, or a law or an invariance is broken beyond its bound; it is "reported" where the program
-//! itself says that a step or a solve missed its tolerance, refuses the scene, or stops with a typed error.
+//! The rules of a verdict are in [`judge`]: it fails if an accepted step exceeds its tolerance although the run should
+//! stop there, if a state is not finite, if the program panics, if a step leaves more overlap than it reports, if a
+//! solve reports a tolerance that it missed, or if a law or an invariance is violated beyond its bound. It is
+//! "reported" if the program itself reports that a step or a solve missed its tolerance, rejects the scene, or stops
+//! with a typed error.
 
 mod cases;
 pub mod chambers;
@@ -54,7 +55,7 @@ pub struct Row {
     pub case: String,
     /// The verdict.
     pub verdict: Verdict,
-    /// What speaks against it.
+    /// The findings against it.
     pub why: Vec<String>,
     /// What the run came to.
     pub figures: Figures,

@@ -1,4 +1,4 @@
-//! How far contact moves bodies in a step: beyond what the bodies and the walls do without it.
+//! The distance that contact moves bodies in a step, beyond the motion of bodies and walls without contact.
 
 use glam::DVec3;
 use relcp::bodies::Bodies;
@@ -8,7 +8,7 @@ use relcp::internals::walls::reference;
 use relcp::scene::{Scene, Wall};
 use std::collections::HashMap;
 
-/// What tells free ways: the law of motion and the forces.
+/// The data for motion without contact: the law of motion and the forces.
 pub(super) struct Free {
     law: Box<dyn Law>,
     inertial: bool,
@@ -28,7 +28,7 @@ impl Free {
         }
     }
 
-    /// The farthest that a body's centre would go in a step without contact.
+    /// Returns the largest distance that the centre of a body would move in a step without contact.
     pub(super) fn way(&self, before: &Bodies) -> f64 {
         let free = |i: usize| {
             let load =
@@ -38,7 +38,7 @@ impl Free {
         (0..before.len()).map(free).fold(0.0, worse)
     }
 
-    /// The farthest that a body's end would go in a step by its turn alone.
+    /// Returns the largest distance that the end of a body would move in a step by its rotation alone.
     pub(super) fn turn(&self, before: &Bodies) -> f64 {
         if !self.inertial {
             return 0.0;
@@ -47,7 +47,7 @@ impl Free {
         (0..before.len()).map(end).fold(0.0, worse)
     }
 
-    /// The farthest that a wall goes in a step; of one that turns, at a body.
+    /// Returns the largest distance that a wall moves in a step; for a rotating wall, at a body.
     pub(super) fn walls_way(&self, before: &Bodies) -> f64 {
         let farthest = |about: DVec3| before.position.iter().map(|x| (*x - about).length()).fold(0.0, f64::max);
         let way = |wall: &Wall| {
@@ -60,7 +60,8 @@ impl Free {
     }
 }
 
-/// The farthest that the centre of a body went that is there before and after a step, and its id.
+/// Returns the largest distance that the centre of a body moved, and the body's id. Only bodies that exist before and
+/// after the step count.
 pub(super) fn farthest(before: &Bodies, after: &Bodies) -> (f64, Option<u64>) {
     let old: HashMap<u64, DVec3> = before.lineage.iter().zip(&before.position).map(|(line, x)| (line.id, *x)).collect();
     let mut most = (0.0, None);
@@ -73,13 +74,13 @@ pub(super) fn farthest(before: &Bodies, after: &Bodies) -> (f64, Option<u64>) {
     most
 }
 
-/// How many bodies there are after a step whose ids were not there before it.
+/// Returns the number of bodies after a step whose ids did not exist before it.
 pub(super) fn born(before: &Bodies, after: &Bodies) -> usize {
     let old: std::collections::HashSet<u64> = before.lineage.iter().map(|line| line.id).collect();
     after.lineage.iter().filter(|line| !old.contains(&line.id)).count()
 }
 
-/// The larger, and what is not a number before all.
+/// Returns the larger value. A NaN is larger than every number.
 pub(super) fn worse(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }

@@ -73,7 +73,7 @@ fn measured(measure: &Measure) -> String {
     if *bound == 0.0 { format!("{what}: {value}") } else { format!("{what}: {value:.1e} (at most {bound:.0e})") }
 }
 
-/// What does not hold, with why: nothing of it is left out.
+/// Writes every case that does not pass, with its reasons.
 fn write_limits(out: &mut String, rows: &[Row]) {
     out.push_str("\n## Limitations\n\n");
     for (verdict, heading) in [(Verdict::Fails, "Fails"), (Verdict::Reported, "Reported by the program")] {

@@ -1,4 +1,4 @@
-//! A run of a case, and what is recorded of it: each accepted state is audited from its bodies alone.
+//! The run of a case and its record. Each accepted state is audited from its bodies only.
 
 use super::Start;
 use relcp::bodies::Bodies;
@@ -86,7 +86,7 @@ pub struct Run {
     pub bodies: Bodies,
 }
 
-/// The overlap that a step reports and the one that is recomputed may differ by so many roundings of the largest
+/// The reported and the recomputed overlap of a step may differ by this number of roundings of the largest
 /// coordinate and size: both sum a few terms of that magnitude.
 const ROUNDINGS: f64 = 64.0;
 

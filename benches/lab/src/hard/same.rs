@@ -1,4 +1,4 @@
-//! What must not matter: the order of the bodies, where the scene is and how it is turned, and the unit of length.
+//! Invariances: the order of the bodies, the position and orientation of the scene, and the unit of length.
 
 use super::cases::{Case, Test};
 use super::run::{Run, follow};
@@ -9,7 +9,7 @@ use relcp::bodies::Bodies;
 use relcp::scene::Body;
 use relcp::shape::Shape;
 
-/// A change of a scene that its result follows.
+/// A change of a scene that changes its result in the same way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
     /// The bodies in another order: every `n`th in turn.

@@ -1,4 +1,4 @@
-//! What the cases are built from: bodies, scenes of them, and a pull that does not care where the origin is.
+//! Building blocks of the cases: bodies, scenes of them, and a pull that does not depend on the origin.
 
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};

@@ -1,10 +1,10 @@
-//! Runs that do not need each other, each on a thread of its own.
+//! Independent runs, each on its own thread.
 
 use crate::StudyError;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// What `work` makes of each number below `count`, in the order of the numbers, by so many threads at once. The loops
+/// Returns the result of `work` for each number below `count`, in order, computed by several threads. The loops
 /// of each run have one thread.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! What is made of a run, by rules: what a person who trusts the program would be hurt by is a failure.
+//! The rules of a verdict. A failure is a result that would mislead a user who trusts the program.
 
 use super::run::{End, Figures, exceeds};
 use serde::Serialize;
@@ -39,7 +39,7 @@ impl Verdict {
     }
 }
 
-/// Something that speaks against a run.
+/// A finding against a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// What kind of thing: runs are counted by it.
@@ -54,7 +54,7 @@ impl Finding {
     }
 }
 
-/// The verdict, and what speaks against the case: first what fails, else what is reported.
+/// Returns the verdict and the findings: the failures if there are any, otherwise the reported ones.
 ///
 /// ```
 /// use relcp_lab::hard::{Figures, Verdict, judge};

@@ -11,7 +11,7 @@ use serde_json::json;
 
 /// The angular speed of every top; their steps are what differs.
 const SPEED: f64 = 2.0;
-/// States of a device that are read and looked at: one every so many parts of a run. On the CPU every state is.
+/// The number of states of a run on a device that are read and checked. On the CPU every state is checked.
 const LOOKS_ON_A_DEVICE: u64 = 100;
 /// The time after which attitudes are compared.
 const ATTITUDE_TIME: f64 = 8.0;
@@ -80,7 +80,7 @@ pub(super) fn spin(bodies: &Bodies, i: usize) -> (DVec3, f64) {
     (q * momentum, 0.5 * momentum.dot(in_body))
 }
 
-/// Lets all tops turn by `angle` a step for so many steps.
+/// Turns all tops by `angle` per step for `steps` steps.
 ///
 /// # Errors
 /// [`StudyError::Fault`] where a step cannot be taken.

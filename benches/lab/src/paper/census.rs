@@ -1,8 +1,8 @@
-//! How many rows states have by the distance within which rows are made, ReLCP's and those of sub-spheres: what the
-//! paper's numbers of rows tell of a distance that it does not give.
+//! The number of rows of states as a function of the distance within which rows are made, for ReLCP and for
+//! sub-spheres. From it and the paper's numbers of rows follows a distance that the paper does not give.
 //!
-//! Counted in states that ReLCP came to, a row for each pair of surfaces, or of sub-spheres, that is nearer than the
-//! distance. A recursion's further rows are not in it, nor are rows for the free motion.
+//! The rows are counted in states that ReLCP reached: one row for each pair of surfaces, or of sub-spheres, that is
+//! nearer than the distance. Further rows of a recursion and rows for the free motion do not count.
 
 use super::target::{Target, WITHIN, is_near};
 use relcp::bodies::Bodies;

@@ -1,4 +1,4 @@
-//! Errors of a trajectory, the order at which they fall, and what an error costs.
+//! Errors of a trajectory, their order of convergence, and the cost of an error.
 
 use serde::Serialize;
 
@@ -24,11 +24,11 @@ pub fn extrapolated(coarse: &[f64], fine: &[f64], ratio: f64, order: f64) -> Vec
     coarse.iter().zip(fine).map(|(coarse, fine)| fine + weight * (fine - coarse)).collect()
 }
 
-/// How a cost is known.
+/// The source of a cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reached {
-    /// The coarsest run is more exact than that already: it costs no more than this.
+    /// An upper bound: the coarsest run is already more accurate.
     Already,
     /// Between two runs.
     Between,
@@ -36,12 +36,12 @@ pub enum Reached {
     Beyond,
 }
 
-/// A cost and how it is known.
+/// A cost and its source.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cost {
     /// The cost.
     pub value: f64,
-    /// How it is known.
+    /// Its source.
     pub reached: Reached,
 }
 
@@ -117,7 +117,7 @@ mod tests {
         assert!(near(at(1e-3).value, 1e3) && at(1e-3).reached == Reached::Between);
         assert!((at(1e-5).value / 1e5 - 1.0).abs() < 1e-9 && at(1e-5).reached == Reached::Beyond);
         assert_eq!(at(0.5), Cost { value: 10.0, reached: Reached::Already });
-        // Errors that no longer fall lead nowhere, and neither does a single run.
+        // Errors that no longer decrease have no cost, nor does a single run.
         assert_eq!(cost_at(&[(10.0, 1e-2), (100.0, 1e-2)], 1e-3), None);
         assert_eq!(cost_at(&runs[..1], 1e-3), None);
         // A run without error has no place in a plot of logarithms.

@@ -1,4 +1,4 @@
-//! A run of a scene, followed: what its steps come to, in all and in windows of steps.
+//! A summary of the steps of a run, over all steps and over windows of steps.
 
 use crate::StudyError;
 use crate::machine::{Begun, Took};

@@ -22,7 +22,8 @@ impl Target {
         Target { wanted: wanted.into(), found: found.into(), met }
     }
 
-    /// Each number is to be at least the one beside it, which is told where it is not 1; the words say whose they are.
+    /// A target: each number must be at least its bound. The text shows a bound that is not 1; the strings name the
+    /// numbers.
     pub(super) fn at_least(wanted: &str, found: &[(String, [f64; 2])]) -> Self {
         let words = found.iter().map(|(whose, [own, bound])| {
             let bound = if *bound == 1.0 { String::new() } else { format!(" of {bound:.1}") };

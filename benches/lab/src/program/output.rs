@@ -1,4 +1,4 @@
-//! What goes to standard output and standard error.
+//! Standard output and standard error.
 
 pub use relcp::internals::program::{message, message_once, report};
 

@@ -1,5 +1,5 @@
 //! `relcp-lab two-ellipsoids`, `jitter`, `chainmail`, `compaction`, `colony` and `packing`: the paper's tests, and
-//! what is measured in their manner.
+//! similar measurements.
 
 use super::arguments::{Arguments, Backend, StudyName};
 use super::fault::LabError;
@@ -10,12 +10,12 @@ use relcp_lab::StudyError;
 use relcp_lab::paper::{COMPUTED_BY, Measured, chainmail, colony, compaction, jitter, packing, two_ellipsoids};
 use serde_json::{Value, json};
 
-/// The study that is asked for, or one of them where all are.
+/// Returns the requested study, or one of them if all are requested.
 pub fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, LabError> {
     if arguments.name != StudyName::All {
         on_the_cpu(arguments)?;
     }
-    // Before anything is measured, so that a folder that cannot be written to costs nothing.
+    // Before the first measurement, so that an unwritable folder is reported at once.
     write_all(&arguments.out, [])?;
     match name {
         StudyName::Jitter => jitter(arguments),
@@ -35,7 +35,7 @@ pub fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, LabError> 
     }
 }
 
-/// Sub-spheres are on the CPU only: nothing is computed elsewhere than it was asked for.
+/// Sub-spheres exist on the CPU only. Nothing is computed on another backend than the requested one.
 pub fn on_the_cpu(arguments: &Arguments) -> Result<(), LabError> {
     if arguments.backend == Backend::Gpu {
         return Err(LabError::Usage(
@@ -55,12 +55,12 @@ pub fn size<S>(arguments: &Arguments, quick: S, full: S) -> S {
     if arguments.quick { quick } else { full }
 }
 
-/// Makes a study run by run.
+/// Performs a study run by run.
 pub fn made(mut study: impl Measured, arguments: &Arguments) -> Result<Found, LabError> {
     let mut found = written(&study, arguments)?;
     while let Some(said) = study.next_run()? {
         say(arguments, &format!("{}: {said}", study.name()));
-        // After each, as later ones take longer: what was measured stays when the study is interrupted.
+        // Written after each run, because later runs take longer: an interruption keeps the results.
         found = written(&study, arguments)?;
     }
     let (text, numbers) = found;
@@ -89,7 +89,7 @@ fn two_ellipsoids(arguments: &Arguments) -> Result<Found, LabError> {
         if let Some(row) = study.rows().last() {
             say(arguments, &format!("{}: error {:.1e} in {:.0} ms", case.name(), row.worst, row.milliseconds));
         }
-        // After each, as later ones take longer: what was measured stays when the study is interrupted.
+        // Written after each run, because later runs take longer: an interruption keeps the results.
         found = written_two_ellipsoids(&study, arguments)?;
     }
     let (text, numbers) = found;
@@ -150,7 +150,7 @@ fn written_jitter(study: &jitter::Study, arguments: &Arguments) -> Result<(Strin
     Ok((text, numbers))
 }
 
-/// A page with its plots: as SVG where there are such, or in the first format that is asked for.
+/// Returns a page with its plots, as SVG if that format is requested, otherwise in the first requested format.
 pub fn with_plots(text: &str, arguments: &Arguments, plots: &[(impl AsRef<str>, Figure)]) -> String {
     let formats = &arguments.figures;
     let shown =
@@ -159,7 +159,7 @@ pub fn with_plots(text: &str, arguments: &Arguments, plots: &[(impl AsRef<str>, 
     format!("{text}\n## Plots\n{}\n", plots.iter().map(shown).collect::<String>())
 }
 
-/// The files of plots, in all formats that are asked for.
+/// Returns the files of plots, in all requested formats.
 pub fn plot_files(
     arguments: &Arguments,
     plots: &[(impl AsRef<str>, Figure)],

@@ -15,13 +15,13 @@ use relcp_lab::solvers::{
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// A residual that is claimed and one that is computed anew may differ by this part: both are sums in an order of their
-/// own. On a device the claim is not held to it, as its numbers are coarser.
+/// The largest relative difference between the residual that a solver reports and the recomputed one, which sum in
+/// different orders. It does not apply to devices, whose precision is lower.
 const ROUNDING: f64 = 1e-6;
 
 pub fn solvers(arguments: &Arguments) -> Result<Found, LabError> {
     let size = if arguments.quick { Size::QUICK } else { Size::FULL };
-    // Before anything is measured, so that a file that cannot be read costs nothing.
+    // Before the first measurement, so that an unreadable file is reported at once.
     let lcps = if arguments.files.is_empty() { built_in().map_err(StudyError::from)? } else { read(&arguments.files)? };
     let computes = computes(arguments)?;
     write_all(&arguments.out, [])?;
@@ -34,7 +34,7 @@ pub fn solvers(arguments: &Arguments) -> Result<Found, LabError> {
     for lcp in &lcps {
         say(format!("{}: {} rows", lcp.name, lcp.lcp.q.len()));
         instances.push(measure(lcp, &computes, &size).map_err(StudyError::from)?);
-        // After each, so that what was measured stays when the study is interrupted.
+        // Written after each LCP, so that an interruption keeps the results.
         written(&size, &instances, &[], arguments)?;
     }
     let runs = if arguments.files.is_empty() {
@@ -49,7 +49,7 @@ pub fn solvers(arguments: &Arguments) -> Result<Found, LabError> {
     Ok(Found { text, numbers, missed, interrupted: false })
 }
 
-/// Writes what was measured so far; the page without its plots, and the numbers.
+/// Writes the results so far: the page without its plots, and the numbers.
 fn written(
     size: &Size,
     instances: &[Instance],
@@ -72,7 +72,7 @@ fn written(
     Ok((text, numbers))
 }
 
-/// Whether a solve on the CPU says that it attained what it did not.
+/// Returns whether a solve on the CPU reports a residual that it did not reach.
 fn false_claim(attempt: &Attempt) -> bool {
     let attained = attempt.residual.is_some_and(|residual| residual <= attempt.tolerance * (1.0 + ROUNDING));
     attempt.computed_by.starts_with("CPU") && attempt.status == Status::Solved.name() && !attained
@@ -83,8 +83,7 @@ fn plot_name(instance: &Instance) -> String {
     format!("solvers-{}", instance.lcp.chars().map(plain).collect::<String>())
 }
 
-/// The LCPs of files, of the folders that hold them, and of runs, each by its name; names that are there twice are
-/// numbered.
+/// Reads the LCPs of files, of folders with such files, and of runs, each with its name. Repeated names are numbered.
 fn read(paths: &[PathBuf]) -> Result<Vec<Named>, LabError> {
     let mut lcps: Vec<Named> = Vec::new();
     for path in paths {

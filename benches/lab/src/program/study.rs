@@ -1,4 +1,4 @@
-//! The studies by their names, and the tables that they write.
+//! The studies by name, and the tables that they write.
 
 use super::all::all;
 use super::arguments::{Arguments, StudyName};
@@ -19,12 +19,12 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// What a study found: its page, its numbers, and whether anything in it missed what it should hold.
+/// The results of a study: its page, its numbers, and whether any result is outside its tolerance.
 pub struct Found {
     pub text: String,
     pub numbers: Value,
     pub missed: bool,
-    /// Whether it was interrupted, so that it can be gone on with.
+    /// Whether it was interrupted and can be continued.
     pub interrupted: bool,
 }
 
@@ -60,7 +60,7 @@ pub fn study(arguments: &Arguments) -> Result<Exit, LabError> {
     })
 }
 
-/// Makes one study; which of them does not go by the name in the arguments, which may say all.
+/// Performs one study. The name in the arguments does not select it, because it may be `all`.
 pub fn one(name: StudyName, arguments: &Arguments) -> Result<Found, LabError> {
     match name {
         StudyName::Throughput => throughput(arguments),
@@ -86,7 +86,7 @@ fn throughput(arguments: &Arguments) -> Result<Found, LabError> {
                     output::message(&format!("{kind:?} of {bodies}: {step_ms:.2} ms a step on {computed_by}"));
                 }
                 rows.push(row);
-                // After each row, as later ones take longer: what was measured stays when the study is interrupted.
+                // Written after each row, because later rows take longer: an interruption keeps the results.
                 write_rows(&rows, arguments)?;
             }
         }
@@ -102,7 +102,7 @@ fn write_rows(rows: &[Row], arguments: &Arguments) -> Result<(), LabError> {
     write_all(&arguments.out, [("throughput.md", text.as_bytes()), ("throughput.json", &numbers)])
 }
 
-/// The CPU, and the device where there is one.
+/// Returns the CPU, and the device if there is one.
 pub fn computes(arguments: &Arguments) -> Result<Vec<Compute>, LabError> {
     let device = compute::beside_the_cpu(arguments, &relcp::Scene::built_in("colony")?)?;
     Ok([Compute::Cpu].into_iter().chain(device).collect())
@@ -118,7 +118,7 @@ fn page(rows: &[Row], arguments: &Arguments) -> String {
     )
 }
 
-/// Writes the files of a study into its folder, each whole or not at all.
+/// Writes the files of a study into its folder, each atomically.
 pub fn write_all<'a>(folder: &Path, files: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> Result<(), LabError> {
     fs::create_dir_all(folder).map_err(RecordError::io(folder, "create the folder"))?;
     for (name, bytes) in files {

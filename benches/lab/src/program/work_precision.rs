@@ -1,4 +1,4 @@
-//! `relcp-lab work-precision`: what errors cost, and the references that errors are measured against.
+//! `relcp-lab work-precision`: the cost of errors, and the references that define errors.
 
 use super::arguments::Arguments;
 use super::fault::LabError;
@@ -12,13 +12,13 @@ pub fn work_precision(arguments: &Arguments) -> Result<Found, LabError> {
     if let Some(folder) = &arguments.make_references {
         return make_references(folder, arguments);
     }
-    // Before anything is measured, so that a folder that cannot be written to costs nothing.
+    // Before the first measurement, so that an unwritable folder is reported at once.
     write_all(&arguments.out, [])?;
     let study = Study::begin(size(arguments, Size::QUICK, Size::FULL), computes(arguments)?)?;
     made(study, arguments)
 }
 
-/// Makes the references anew, as they are stored; on the CPU, whatever else there is.
+/// Computes the references again, in the format of the stored ones. It always uses the CPU.
 fn make_references(folder: &Path, arguments: &Arguments) -> Result<Found, LabError> {
     write_all(folder, [])?;
     let (mut text, mut references) = (String::new(), Vec::new());
@@ -27,7 +27,7 @@ fn make_references(folder: &Path, arguments: &Arguments) -> Result<Found, LabErr
         let line = format!("{}: two schemes are {:.1e} apart", problem.name, reference.estimate.worst());
         say(arguments, &line);
         let _ = writeln!(text, "{line}");
-        // After each, as together they take minutes.
+        // Written after each reference, because together they take minutes.
         write_all(folder, [(&*format!("{}.json", problem.name), reference.text()?.as_bytes())])?;
         references.push(reference);
     }

@@ -10,28 +10,28 @@ use relcp::simulation::Compute;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// A stored velocity is the reference where its multipliers' residual is at most this; else one is made. It is a
-/// hundredth of the tightest residual that solvers are asked for.
+/// The stored velocity is the reference if the residual of its multipliers is at most this; otherwise a reference is
+/// computed. The value is a hundredth of the tightest tolerance of the study.
 const REFERENCE: f64 = 1e-8;
 
-/// What a reference that is made here is solved to, if it can be.
+/// The tolerance of a reference that is computed here, if it can be reached.
 const MADE_TO: f64 = 1e-10;
 
-/// Most iterations of a reference.
+/// The largest number of iterations of a reference.
 const MADE_WITHIN: u64 = 200_000;
 
-/// A solve is repeated, and its shortest time kept, until this long was spent or so many times.
+/// A solve is repeated until this total time or this number of repeats. The shortest time counts.
 const REPEAT_WITHIN: Duration = Duration::from_millis(50);
 const REPEATS: usize = 3;
 
-/// Points of a curve: more cannot be told apart in a plot.
+/// The number of points of a curve. More points are indistinguishable in a plot.
 const MOST_POINTS: usize = 300;
 
-/// Where a solve starts.
+/// The start of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Start {
-    /// From nothing.
+    /// From zero multipliers.
     Cold,
     /// From the start that is stored with the LCP.
     Warm,
@@ -50,15 +50,15 @@ impl Start {
     }
 }
 
-/// What the velocities are compared with.
+/// The reference of the velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reference {
     /// The stored velocity.
     Stored,
-    /// One that was solved for here, as the stored multipliers are no solution.
+    /// A velocity that was computed here, because the stored multipliers are not a solution.
     Made,
-    /// Nothing: none was found.
+    /// None: no reference was found.
     None,
 }
 
@@ -67,25 +67,25 @@ pub enum Reference {
 pub struct Attempt {
     /// The LCP.
     pub lcp: String,
-    /// The solver, as a scene names it.
+    /// The solver's name in a scene.
     pub solver: String,
     /// The device, or the CPU.
     pub computed_by: String,
-    /// Where it started.
+    /// Its start.
     pub start: Start,
-    /// The residual that was asked for, a length.
+    /// The tolerance of the residual, a length.
     pub tolerance: f64,
-    /// How it ended: `solved`, why it did not, or `refused`.
+    /// The outcome: `solved`, the reason of a failure, or `refused`.
     pub status: String,
-    /// Why it was refused.
+    /// The reason of a refusal.
     pub refused: Option<String>,
     /// Iterations.
     pub iterations: u64,
     /// Applications of `A`.
     pub products: u64,
-    /// Milliseconds, all preparation counted.
+    /// Milliseconds, including all preparation.
     pub milliseconds: f64,
-    /// The residual of the result, computed anew; a length.
+    /// The recomputed residual of the result, a length.
     pub residual: Option<f64>,
     /// `|v - reference| / |reference|` of the velocities.
     pub velocity_error: Option<f64>,
@@ -96,18 +96,18 @@ pub struct Attempt {
 pub struct Curve {
     /// The solver.
     pub solver: String,
-    /// Where it started.
+    /// Its start.
     pub start: Start,
-    /// Products, and the smallest residual up to there.
+    /// Numbers of products, and the smallest residual up to each.
     pub points: Vec<(u64, f64)>,
 }
 
-/// All that was measured of one LCP.
+/// All results of one LCP.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Instance {
     /// Its name.
     pub lcp: String,
-    /// Unknowns of a body.
+    /// Unknowns per body.
     pub unknowns: usize,
     /// Bodies.
     pub bodies: usize,
@@ -128,7 +128,7 @@ pub struct Instance {
     pub curves: Vec<Curve>,
 }
 
-/// What a solver made of an LCP.
+/// The result of a solver for an LCP.
 struct Solved {
     outcome: Outcome,
     gamma: Vec<f64>,
@@ -139,7 +139,7 @@ struct Solved {
 /// Solves an LCP by every solver from both starts to all residuals, on each of `computes`.
 ///
 /// # Errors
-/// A device that fails. What it does not do is refused, and listed.
+/// Faults of a device. Unsupported solves are refused and listed.
 pub fn measure(named: &Named, computes: &[Compute], size: &Size) -> Result<Instance, GpuError> {
     let lcp = &named.lcp;
     let (reference, velocity) = reference(lcp)?;
@@ -210,15 +210,15 @@ impl Attempt {
         }
     }
 
-    /// Whether a solve to this tighter residual would take the same iterations: where this one did not come to its own,
-    /// or went as far already.
+    /// Returns whether a solve with this tighter tolerance would take the same iterations: if this solve did not reach
+    /// its own tolerance, or has already reached the tighter one.
     fn settles(&self, tolerance: f64) -> bool {
         self.status != Status::Solved.name() || self.residual.is_some_and(|residual| residual <= tolerance)
     }
 }
 
 impl Instance {
-    /// Takes a history, in place of one to a looser residual, of which it is the continuation.
+    /// Stores a history. It replaces the history of a looser tolerance, which it continues.
     fn draw(&mut self, solver: &str, start: Start, history: &[ResidualSample]) {
         if !history.is_empty() {
             self.curves.retain(|curve| (curve.solver.as_str(), curve.start) != (solver, start));
@@ -241,7 +241,7 @@ fn attempt(what: Attempt, lcp: &Stored, solved: &Solved, reference: Option<&[f64
     }
 }
 
-/// The name of what computes.
+/// Returns the name of the backend.
 pub(super) fn computed_by(compute: &Compute) -> String {
     match compute {
         Compute::Gpu { gpu, precision } => format!("{} {}", gpu.name(), precision.name()),
@@ -314,7 +314,7 @@ fn solve_with<const D: usize>(
     Ok(best.ok_or_else(|| "it was not run".into()))
 }
 
-/// The velocity that others are compared with.
+/// Returns the reference velocity.
 fn reference(lcp: &Stored) -> Result<(Reference, Option<Vec<f64>>), GpuError> {
     if lcp.residual(&lcp.gamma) <= REFERENCE {
         return Ok((Reference::Stored, Some(lcp.velocity.clone())));
@@ -346,7 +346,8 @@ fn error(v: &[f64], reference: &[f64]) -> f64 {
     if size > 0.0 { difference / size } else { difference }
 }
 
-/// A history as the smallest residual so far, at points that are about evenly apart in the logarithm of the products.
+/// Returns a history as the smallest residual so far, at points that are spaced about evenly in the logarithm of the
+/// products.
 fn thinned(history: &[ResidualSample]) -> Vec<(u64, f64)> {
     let mut points: Vec<(u64, f64)> = Vec::new();
     let last = history.last().map_or(1, |look| look.products.max(1)) as f64;

@@ -1,8 +1,8 @@
-//! Solvers: what each of them costs, and what it attains, on stored LCPs and on short runs.
+//! Solvers: the cost and the accuracy of each, on stored LCPs and in short runs.
 //!
-//! A stored LCP is solved from nothing and from its stored start, to several residuals. The residual that is reported
-//! is computed anew from `q`, `J` and `gamma` ([`Stored::residual`]), and the velocity `J^T gamma`, which is unique, is
-//! compared with a reference.
+//! A stored LCP is solved from zero and from its stored start, with several tolerances. The reported residual is
+//! recomputed from `q`, `J` and `gamma` ([`Stored::residual`]). The velocity `J^T gamma`, which is unique, is compared
+//! with a reference.
 
 mod instance;
 mod page;
@@ -18,29 +18,29 @@ use relcp::lcp::Stored;
 use relcp::record::{LcpFileError, decode_lcp};
 use relcp::scene::SolverKind;
 
-/// The residuals that are asked for, lengths: a loose one, the overlap that a step may leave, and what a step asks its
-/// solver for.
+/// The tolerances of the solves, lengths: a loose one, the overlap tolerance of a step, and the solver tolerance of a
+/// step.
 pub const TOLERANCES: [f64; 3] = [1e-3, 1e-5, 1e-6];
 
-/// How much is measured.
+/// The extent of the measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Size {
-    /// Most iterations of a solve of a stored LCP.
+    /// The largest number of iterations of a solve of a stored LCP.
     pub iterations: u64,
-    /// Most rows of an LCP that the exact solver is given. It keeps a dense column of all unknowns for each active row,
-    /// and its time grows with the cube of the rows: 0.04 s for the 264 of `chainmail-first`, 3 s for the 898 of
-    /// `colony-last` in a release build, and minutes for some thousand.
+    /// The largest number of rows of an LCP for the exact solver. It stores a dense column of all unknowns for each
+    /// active row, and its time grows with the cube of the number of rows: 0.04 s for the 264 of `chainmail-first`, 3 s
+    /// for the 898 of `colony-last` in a release build, and minutes for some thousand.
     pub rows_of_dense: usize,
-    /// Most iterations of a solve in a run.
+    /// The largest number of iterations of a solve in a run.
     pub run_iterations: u64,
-    /// Steps of the runs that start crowded; the others take more for each of these.
+    /// Steps of the runs that start crowded. The other runs take a multiple of this number.
     pub steps: u64,
 }
 
 impl Size {
     /// Some minutes.
     pub const FULL: Size = Size { iterations: 20_000, rows_of_dense: 1_000, run_iterations: 5_000, steps: 5 };
-    /// Under a minute: the default solver converges on all that is measured, the others on most first solves.
+    /// Under a minute: the default solver converges in all measurements, the others in most first solves.
     pub const QUICK: Size = Size { iterations: 1_000, rows_of_dense: 300, run_iterations: 1_000, steps: 1 };
 }
 
@@ -59,7 +59,7 @@ macro_rules! built_in {
     };
 }
 
-/// LCPs of runs of this program: `assets/lcps/README.md` says how each was made.
+/// LCPs of runs of this program: `assets/lcps/README.md` describes how each was made.
 const BUILT_IN: &[(&str, &[u8])] = built_in![
     "colony-first",
     "colony-last",
@@ -71,15 +71,15 @@ const BUILT_IN: &[(&str, &[u8])] = built_in![
     "packing-last",
 ];
 
-/// The LCPs that the program brings along: the first and the last one of a step of four runs.
+/// Returns the built-in LCPs: the first and the last one of a step of four runs.
 ///
 /// # Errors
-/// [`LcpFileError`], which the tests rule out.
+/// [`LcpFileError`]; tests check that it does not occur.
 pub fn built_in() -> Result<Vec<Named>, LcpFileError> {
     BUILT_IN.iter().map(|(name, bytes)| Ok(Named { name: (*name).into(), lcp: decode_lcp(bytes)?.0 })).collect()
 }
 
-/// The solvers that are compared, with their names: all that a scene may name.
+/// Returns the compared solvers with their names: all solvers that a scene may name.
 pub fn solvers() -> Vec<(String, SolverKind)> {
     SolverKind::NAMED.map(|(name, kind)| (name.to_owned(), kind)).to_vec()
 }
@@ -98,7 +98,7 @@ mod tests {
             assert!(lcp.residual(&lcp.start) > 1e-6 && lcp.start.iter().any(|x| *x > 0.0), "{name}");
             assert!(lcp.bodies >= 100 && lcp.q.len() > lcp.bodies && size > 0.0, "{name}");
         }
-        // The first LCP of a step has one row a pair, the last more.
+        // The first LCP of a step has one row per pair, the last has more.
         let extra = |lcp: &Stored| {
             let mut pairs = lcp.pair.clone();
             pairs.sort_unstable();

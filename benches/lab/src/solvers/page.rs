@@ -6,7 +6,7 @@ use crate::table::csv_table;
 use relcp::lcp::Status;
 use std::fmt::Write as _;
 
-/// What was measured, on what, as a page.
+/// Returns the page: the measurements and the machine.
 pub fn page(instances: &[Instance], runs: &[RunRow], size: &Size) -> String {
     let mut out = String::from("# Solvers\n\n");
     let computed_by = instances.iter().flat_map(|i| &i.attempts).map(|a| &a.computed_by);

@@ -5,7 +5,7 @@ use crate::StudyError;
 use crate::plot::{Axis, Curve as Drawn, Panel, draw};
 use relcp::figure::Figure;
 
-/// Exact methods end far below what is asked for: curves are drawn to this part of the finest tolerance.
+/// Exact methods end far below the tolerance: curves are drawn down to this fraction of the finest tolerance.
 const LEAST: f64 = 1e-2;
 
 /// The curves of an LCP, with the tolerances as grey lines.
@@ -28,7 +28,7 @@ pub fn plot(instance: &Instance) -> Result<Figure, StudyError> {
 }
 
 fn drawn(curve: &Curve, low: f64) -> Drawn {
-    // No product at all, and a residual of zero, have no logarithm.
+    // Zero products and a zero residual have no logarithm.
     let point = |(products, residual): &(u64, f64)| ((*products).max(1) as f64, residual.max(low));
     Drawn { name: curve.solver.clone(), points: curve.points.iter().map(point).collect(), marked: false }
 }

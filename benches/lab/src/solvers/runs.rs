@@ -1,4 +1,4 @@
-//! Every solver through short runs of built-in scenes.
+//! Short runs of built-in scenes with every solver.
 
 use super::Size;
 use super::instance::computed_by;
@@ -10,13 +10,15 @@ use relcp::simulation::Compute;
 use relcp::step::{Fault, State};
 use serde::Serialize;
 
-/// More bodies than this the exact solver is not given: it is for some hundred rows, and every step has several solves.
+/// The largest number of bodies for the exact solver. It is meant for some hundred rows, and every step has several
+/// solves.
 const MOST_BODIES_OF_DENSE: usize = 100;
 
-/// Most recursions of a step, so that solvers that do not converge are soon through; those that do take fewer.
+/// The largest number of recursions of a step, so that solvers that do not converge end soon. Solvers that converge
+/// need fewer.
 pub(super) const MOST_RECURSIONS: u32 = 8;
 
-/// A run: a built-in scene, what is set in it, and the state that it starts from where that is a stored one.
+/// A run: a built-in scene, its changed settings, and its initial state if that is a stored one.
 struct Case {
     name: &'static str,
     scene: &'static str,
@@ -46,16 +48,16 @@ const CASES: &[Case] = &[
     },
 ];
 
-/// What a solver did in a run.
+/// The results of a solver in a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunRow {
     /// The run.
     pub run: String,
-    /// The solver, as a scene names it.
+    /// The solver's name in a scene.
     pub solver: String,
     /// The device, or the CPU.
     pub computed_by: String,
-    /// Why it was refused.
+    /// The reason of a refusal.
     pub refused: Option<String>,
     /// Bodies at the end.
     pub bodies: usize,
@@ -63,22 +65,22 @@ pub struct RunRow {
     pub steps: u64,
     /// Rows of the last LCP.
     pub constraints: usize,
-    /// Recursions a step.
+    /// Recursions per step.
     pub recursions: f64,
-    /// Applications of `A` a step.
+    /// Applications of `A` per step.
     pub products: f64,
     /// Solves that did not reach the tolerance.
     pub unconverged: u32,
     /// The largest overlap of all steps, a length.
     pub max_overlap: f64,
-    /// Milliseconds of the solves a step.
+    /// Milliseconds of the solves per step.
     pub solve_milliseconds: f64,
 }
 
-/// Runs every case by every solver on each of `computes`. `said` hears of each row.
+/// Runs every case with every solver on each of `computes`. `said` is called with each row.
 ///
 /// # Errors
-/// [`StudyError`] for a scene or a state that cannot be used, which the tests rule out, and for a device that fails.
+/// [`StudyError`] for an invalid scene or state, which tests exclude, and for a device fault.
 pub fn run_cases(size: &Size, computes: &[Compute], mut said: impl FnMut(&RunRow)) -> Result<Vec<RunRow>, StudyError> {
     let mut rows = Vec::new();
     for case in CASES {

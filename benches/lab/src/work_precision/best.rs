@@ -1,4 +1,4 @@
-//! What errors cost along each curve, and which curve is the cheapest.
+//! The cost of errors along each curve, and the cheapest curves.
 
 use super::case::{Row, Sweep};
 use super::reference::Reference;
@@ -7,7 +7,7 @@ use serde::Serialize;
 /// Errors for which the page reports the cost.
 pub const ERRORS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 
-/// A cost, and whether the curve's coarsest run is more exact than that already, so that it costs no more than this.
+/// A cost. It is an upper bound if the coarsest run of the curve is already more accurate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cost {
     /// The cost.
@@ -16,7 +16,7 @@ pub struct Cost {
     pub at_most: bool,
 }
 
-/// A curve and what an error costs along it.
+/// A curve and the cost of an error along it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cheapest {
     /// The curve.
@@ -34,7 +34,7 @@ pub struct Best {
     pub problem: &'static str,
     /// The error.
     pub error: f64,
-    /// Whether it is so large that the reference's own does not count.
+    /// Whether it is so large that the error of the reference is negligible.
     pub certain: bool,
     /// By seconds of wall time.
     pub by_wall: Option<Cheapest>,
@@ -66,15 +66,15 @@ pub fn curves<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<Curve<'a>> {
 }
 
 impl Curve<'_> {
-    /// Whether it leads to the exact solution as it is refined: one of tolerances at one step does not.
+    /// Returns whether it converges to the exact solution under refinement. A curve of tolerances at one step does not.
     pub fn refines(&self) -> bool {
         self.rows.iter().all(|row| row.sweep != Sweep::Tolerance)
     }
 
-    /// What it costs to come within `error` and stay there as the curve is refined further: along straight lines in
-    /// logarithms. `None` where its finest run is not that exact.
+    /// Returns the cost to come within `error` and to stay there under further refinement, by linear interpolation of
+    /// logarithms. Returns `None` if the finest run is less accurate.
     ///
-    /// A coarse run that is exact by chance does not count, as one cannot know of it beforehand.
+    /// A coarse run that is accurate by chance does not count, because this cannot be known beforehand.
     pub fn cost(&self, error: f64, work: impl Fn(&Row) -> f64) -> Option<Cost> {
         let runs = || self.rows.iter().map(|row| (work(row), row.error.unwrap_or(f64::INFINITY)));
         let Some(last_above) = runs().rposition(|(_, of_run)| of_run > error) else {
@@ -82,8 +82,7 @@ impl Curve<'_> {
         };
         let [above, within] = [runs().nth(last_above)?, runs().nth(last_above + 1)?];
         let between = (error / above.1).ln() / (within.1 / above.1).ln();
-        // From a run that has no error, or to one that has none left, there is no such line: the second run's cost is a
-        // bound.
+        // There is no such line from or to a run with zero error: the cost of the second run is a bound.
         if !between.is_finite() || above.0 <= 0.0 {
             return Some(Cost { value: within.0, at_most: true });
         }

@@ -1,4 +1,4 @@
-//! The runs that are measured, and what one comes to.
+//! The runs of the study and their results.
 
 use super::pose::{Apart, poses};
 use super::problem::Problem;
@@ -12,27 +12,26 @@ use relcp::step::StepReport;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// The overlap tolerance where only steps are refined: the paper's, which is the scenes' default too.
+/// The overlap tolerance if only steps are refined: that of the paper, which is also the default of scenes.
 pub const OVERLAP_TOLERANCE: f64 = 1e-5;
 
 /// Tolerances of the sweep, from coarse to fine.
 const TOLERANCES: [f64; 6] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 
-/// The tightest tolerance that is asked of numbers of 32 bits: a unit in the last place of a coordinate of 8 is 1e-6 of
-/// them.
+/// The tightest tolerance for 32-bit numbers: a unit in the last place of a coordinate of 8 is 1e-6.
 const TIGHTEST_F32: f64 = 1e-5;
 
 /// The coarsest tolerance of runs that refine it with their steps.
 const COARSEST_TOLERANCE: f64 = 1e-3;
 
-/// Halvings of the coarsest step at most: a thousandth of it, 50,000 to 100,000 steps.
+/// The largest number of halvings of the coarsest step: to a thousandth of it, 50,000 to 100,000 steps.
 const MOST_HALVINGS: u32 = 10;
 
-/// A short run is repeated, and its shortest time kept, until this long was spent or so many times.
+/// A short run is repeated until this total time or this number of repeats. The shortest time counts.
 const REPEAT_WITHIN: Duration = Duration::from_millis(100);
 const REPEATS: usize = 5;
 
-/// What runs of one curve differ by.
+/// The parameter that differs between the runs of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sweep {
@@ -44,10 +43,10 @@ pub enum Sweep {
     Tolerance,
 }
 
-/// A run that is to be made.
+/// A planned run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Case {
-    /// How contacts are resolved.
+    /// The contact method.
     pub method: Method,
     /// The scheme.
     pub stepping: Stepping,
@@ -59,7 +58,7 @@ pub struct Case {
     pub overlap_tolerance: f64,
 }
 
-/// How many runs of each kind are made.
+/// The number of runs of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Size {
     /// Steps of ReLCP by the paper's step, each half of the last.
@@ -132,7 +131,7 @@ impl Size {
 }
 
 impl Case {
-    /// Whether a device can make it, in such numbers.
+    /// Returns whether a device can perform it with this precision.
     ///
     /// # Errors
     /// As [`Problem::scene`].
@@ -172,11 +171,11 @@ pub struct Row {
     pub method: String,
     /// The scheme.
     pub stepping: Stepping,
-    /// What its curve's runs differ by.
+    /// The parameter that differs between the runs of its curve.
     pub sweep: Sweep,
     /// Its curve.
     pub curve: String,
-    /// What computed it: the CPU and its threads, or a device, and the numbers.
+    /// The backend: the CPU and its threads, or a device, and the precision.
     pub computed_by: String,
     /// The processor or the device, by its name.
     pub machine: String,
@@ -186,13 +185,13 @@ pub struct Row {
     pub steps: u64,
     /// The overlap tolerance.
     pub overlap_tolerance: f64,
-    /// The larger of the next two; none where the run ends with other bodies than the reference.
+    /// The larger of the next two; `None` if the run ends with other bodies than the reference.
     pub error: Option<f64>,
     /// Root mean square of the distances of the centres at the end to the reference's, over the scene's length.
     pub position_error: Option<f64>,
     /// Root mean square of the angles of the axes to the reference's, radians.
     pub angle_error: Option<f64>,
-    /// Whether the error is so large that the reference's own does not count.
+    /// Whether the error is so large that the error of the reference is negligible.
     pub certain: bool,
     /// The order at which the error fell from the run before on its curve.
     pub order: Option<f64>,
@@ -213,13 +212,13 @@ pub struct Row {
 }
 
 impl Row {
-    /// Whether ReLCP did not hold its overlap tolerance, or a solve its own.
+    /// Whether ReLCP missed its overlap tolerance, or a solve missed its own.
     pub fn missed(&self) -> bool {
         self.unconverged > 0 || (self.method == method_name(Method::Relcp) && self.max_overlap > self.overlap_tolerance)
     }
 }
 
-/// Makes a run and measures its end. A short one is made several times, for its time.
+/// Performs a run and measures its end. A short run is repeated for its time.
 ///
 /// # Errors
 /// [`StudyError`] where a step cannot be taken.
@@ -294,7 +293,7 @@ impl Row {
     }
 }
 
-/// What computes a simulation, and its name.
+/// Returns the backend of a simulation and its name.
 fn by(simulation: &Simulation) -> (String, String) {
     match simulation.device() {
         Some(gpu) => {

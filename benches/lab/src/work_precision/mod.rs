@@ -1,7 +1,7 @@
-//! Work against precision: what errors at the end of a run cost, by stepping scheme, contact method, step, overlap
-//! tolerance and numbers.
+//! Work and precision: the cost of errors at the end of a run, by stepping scheme, contact method, step, overlap
+//! tolerance and floating-point precision.
 //!
-//! Every scene is one whose end two schemes agree on: of crowds that amplify small differences, a short and small one.
+//! Two schemes agree on the end of every scene. Scenes of crowds, which amplify small differences, are short and small.
 //! Its [reference](Reference) is stored with the estimate of its own error. Steps are swept at one overlap tolerance,
 //! tolerances at one step, and both together; not their full product.
 
@@ -35,7 +35,7 @@ impl Size {
         Size { euler: 4, midpoint: 4, snsd: 3, multisphere: 2, spheres: 1, tolerances: 4, tolerances_at: 2, both: 4 };
 }
 
-/// What was measured so far.
+/// The results so far.
 pub struct Study {
     size: Size,
     computes: Vec<Compute>,
@@ -48,7 +48,7 @@ impl Study {
     /// Reads the references.
     ///
     /// # Errors
-    /// [`StudyError::Reference`], which the tests rule out.
+    /// [`StudyError::Reference`]; tests check that it does not occur.
     pub fn begin(size: Size, computes: Vec<Compute>) -> Result<Self, StudyError> {
         let mut problems = Vec::new();
         let mut cases = Vec::new();
@@ -65,12 +65,12 @@ impl Study {
         Ok(Study { size, computes, problems, cases, rows: Vec::new() })
     }
 
-    /// How much is measured.
+    /// The extent of the measurements.
     pub fn size(&self) -> &Size {
         &self.size
     }
 
-    /// The scenes, and what is known of their ends.
+    /// The scenes, and the references for their ends.
     pub fn problems(&self) -> &[(Problem, Reference)] {
         &self.problems
     }

@@ -63,7 +63,7 @@ fn said(cost: Cost, in_words: impl Fn(f64) -> String) -> String {
 }
 
 fn milliseconds(seconds: f64) -> String {
-    // Three digits, as times are not known better.
+    // Three digits, because times are not more accurate.
     let value = 1e3 * seconds;
     let decimals = (2.0 - (value * (1.0 + 1e-9)).log10().floor()).clamp(0.0, 3.0) as usize;
     format!("{value:.decimals$} ms")
@@ -114,7 +114,7 @@ fn scene(out: &mut String, problem: &Problem, reference: &Reference) {
     );
 }
 
-/// What each curve costs.
+/// Writes the cost of each curve.
 fn costs(out: &mut String, reference: &Reference, rows: &[&Row]) {
     let curves: Vec<Curve> = curves(rows.iter().copied()).into_iter().filter(Curve::refines).collect();
     if curves.is_empty() {

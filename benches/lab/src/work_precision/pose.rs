@@ -1,14 +1,14 @@
-//! Where the bodies of a scene end, and how far two such ends are apart.
+//! The final poses of the bodies of a scene, and the distance between two such ends.
 //!
-//! Bodies are matched by their ids. Of an orientation the line of the body's z axis counts, about which every shape
-//! here is a body of revolution with a plane of symmetry across: a spin about it and a turn end for end are not seen,
-//! as the surface does not change either.
+//! Bodies are matched by id. Only the line of the body's z axis counts in an orientation. Every shape here is a body of
+//! revolution about this axis with a perpendicular plane of symmetry, so a spin about the axis and an end-for-end turn
+//! leave the surface unchanged and do not count.
 
 use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use serde::{Deserialize, Serialize};
 
-/// Where a body is.
+/// The pose of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pose {
@@ -38,24 +38,24 @@ pub fn poses(bodies: &Bodies) -> Vec<Pose> {
     poses
 }
 
-/// How far two ends are apart: root mean squares over the bodies.
+/// The distance between two ends: root mean squares over the bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Apart {
-    /// Of the distances of their centres, over the scene's length.
+    /// Root mean square of the distances of their centres, divided by the scene's length.
     pub position: f64,
-    /// Of the angles between their axes, radians.
+    /// Root mean square of the angles between their axes, radians.
     pub angle: f64,
 }
 
 impl Apart {
-    /// The larger of the two: what is called the error.
+    /// Returns the larger of the two, which is called the error.
     pub fn worst(&self) -> f64 {
         self.position.max(self.angle)
     }
 }
 
-/// How far two ends are apart where `length` is the scene's; `None` where they are not of the same bodies.
+/// Returns the distance between two ends for the scene's `length`, or `None` if their bodies differ.
 pub fn apart(a: &[Pose], b: &[Pose], length: f64) -> Option<Apart> {
     if a.len() != b.len() || a.iter().zip(b).any(|(a, b)| a.id != b.id) {
         return None;
@@ -70,13 +70,14 @@ pub fn apart(a: &[Pose], b: &[Pose], length: f64) -> Option<Apart> {
     Some(Apart { position, angle })
 }
 
-/// The angle between two lines. By the sine too, as the cosine alone tells no angle under 1e-8 from none.
+/// Returns the angle between two lines. The formula also uses the sine, because the cosine alone cannot resolve angles
+/// under 1e-8.
 fn angle(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b).abs())
 }
 
-/// The limit of ends that converge at first order, from those at a step and at half of it (Richardson); `None` where
-/// they are not of the same bodies. Axes are extrapolated as vectors.
+/// The limit of ends that converge at first order, from those at a step and at half of it (Richardson); `None` if their
+/// bodies differ. Axes are extrapolated as vectors.
 pub fn limit(coarse: &[Pose], fine: &[Pose]) -> Option<Vec<Pose>> {
     if coarse.len() != fine.len() || coarse.iter().zip(fine).any(|(a, b)| a.id != b.id) {
         return None;

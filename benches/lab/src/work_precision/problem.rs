@@ -1,4 +1,4 @@
-//! The scenes whose ends are measured: small ones, and for as long as two schemes still agree on their ends.
+//! The scenes whose ends are measured. They are small, and short enough that two schemes agree on their ends.
 
 use super::pose::{Pose, poses};
 use super::reference::Making;
@@ -6,7 +6,7 @@ use crate::StudyError;
 use relcp::internals::record::Fnv;
 use relcp::scene::{ContactSettings, Output, Scene, Solver, Stepping};
 
-/// Starts that differ by less are the same: sines differ in their last bits from machine to machine.
+/// Starts that differ by less count as equal: sines differ in their last bits between machines.
 const START_ROUNDING: f64 = 1e-9;
 
 /// A scene that is measured.
@@ -14,11 +14,11 @@ const START_ROUNDING: f64 = 1e-9;
 pub struct Problem {
     /// Its name.
     pub name: &'static str,
-    /// What it is and why it is so.
+    /// Its description and the reason for its settings.
     pub about: &'static str,
     /// The built-in scene that it is made from.
     pub scene: &'static str,
-    /// What of that is set.
+    /// The settings that are changed.
     pub sets: &'static [&'static str],
     /// The time of the end, which each run's step divides.
     pub end: f64,
@@ -26,7 +26,7 @@ pub struct Problem {
     pub coarsest: u64,
     /// Sub-spheres of a body.
     pub spheres: &'static [u32],
-    /// How its reference is made.
+    /// The method of its reference.
     pub making: Making,
     /// Its plot's file.
     pub plot: &'static str,
@@ -48,7 +48,7 @@ macro_rules! problem {
 /// The overlap tolerance of midpoint runs. In the colony, which amplifies most, 1e-9 and 1e-11 change the end by 5e-8.
 const TIGHT_OVERLAP: f64 = 1e-10;
 
-/// What LCPs are solved to: a tenth of that, as by default.
+/// The tolerance of LCPs: a tenth of that, as by default.
 const TIGHT_SOLVER: f64 = 1e-11;
 
 const fn making(midpoint_steps: u64, euler_steps: u64, euler_tolerance: f64) -> Making {
@@ -128,7 +128,7 @@ impl Problem {
     /// The scene at the coarsest step.
     ///
     /// # Errors
-    /// [`StudyError::Scene`], which the tests rule out.
+    /// [`StudyError::Scene`]; tests check that it does not occur.
     pub fn scene(&self) -> Result<Scene, StudyError> {
         let time = [format!("time.end={}", self.end), format!("time.dt={}", self.end / self.coarsest as f64)];
         let sets: Vec<String> = self.sets.iter().map(|set| (*set).to_owned()).chain(time).collect();
@@ -138,7 +138,7 @@ impl Problem {
         Ok(scene)
     }
 
-    /// What lengths are measured in: that of the longest body at the start.
+    /// Returns the unit of lengths: the length of the longest body at the start.
     ///
     /// # Errors
     /// As [`Problem::scene`].
@@ -147,8 +147,8 @@ impl Problem {
         Ok(bodies.shape.iter().map(|shape| shape.major_axis()).fold(0.0, f64::max))
     }
 
-    /// A hash of all that the exact solution depends on: the scene without its steps, contact, solver and output, and
-    /// where its bodies start.
+    /// Returns a hash of everything that the exact solution depends on: the scene without its steps, contact, solver
+    /// and output, and the initial poses of its bodies.
     ///
     /// # Errors
     /// As [`Problem::scene`].

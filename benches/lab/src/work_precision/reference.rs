@@ -1,10 +1,10 @@
-//! Reference solutions: what ends are measured against, and how far they may be from the true ones.
+//! Reference solutions, which define the errors of ends, and estimates of their own errors.
 //!
 //! A reference is the end of the finest affordable midpoint run. The paper's step at two sizes, extrapolated to zero,
-//! is another scheme's word on the same end; how far the two are apart is the reference's error estimate. Tolerances
-//! are so tight that they do not count. The paper's steps keep an overlap tolerance that they hold without recursion
-//! where there is one: rows appended in some of the steps only would make their error no smooth function of the step,
-//! which extrapolation needs (two ellipsoids: 4e-8 apart so, 3e-5 at 1e-10).
+//! gives the same end by another scheme. The distance between the two is the error estimate of the reference.
+//! Tolerances are so tight that their effect is negligible. The paper's steps keep an overlap tolerance that they hold
+//! without recursion where there is one: rows appended in some of the steps only would make their error no smooth
+//! function of the step, which extrapolation needs (two ellipsoids: 4e-8 apart so, 3e-5 at 1e-10).
 
 use super::pose::{Apart, Pose, apart, limit, poses};
 use super::problem::Problem;
@@ -13,7 +13,7 @@ use relcp::scene::Stepping;
 use relcp::simulation::Simulation;
 use serde::{Deserialize, Serialize};
 
-/// A reference is good enough for an error of so many times its own estimate.
+/// A reference is accurate enough for errors of at least this multiple of its own estimate.
 pub const CERTAINTY: f64 = 3.0;
 
 /// The format of a reference's file.

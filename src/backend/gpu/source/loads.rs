@@ -1,4 +1,4 @@
-//! The forces of a scene in the kernel of motions: a term each.
+//! The forces of a scene in the kernel of motions: one term per force.
 
 use crate::backend::gpu::Setup;
 use crate::dynamics::{Force, Frame, Stream, Window, along};

@@ -1,4 +1,4 @@
-//! The texts that kernels of a sheared cell replace: there, images across the gradient move.
+//! The fragments that kernels of a sheared cell replace. In such a cell, images across the gradient move.
 
 use super::base;
 use crate::backend::gpu::Setup;

@@ -1,4 +1,4 @@
-//! Every kernel of every kind of scene is valid, and what host and device share is laid out alike.
+//! Tests: every kernel of every kind of scene is valid, and host and device use the same layout for shared data.
 
 use super::*;
 use crate::backend::gpu::narrow_phase::Report;

@@ -1,5 +1,5 @@
-//! The entry point of a merged kernel: it finds the member, where its arrays begin, and whether this workgroup is one
-//! of its own.
+//! The entry point of a merged kernel. It finds the member, the beginnings of the member's arrays, and whether this
+//! workgroup belongs to the member.
 
 use super::{HEAD, Variables, scalar};
 use naga::{

@@ -1,7 +1,7 @@
-//! A function of a kernel with every access to a member's own variables moved to where they begin.
+//! A function of a kernel with every access to a member's own variables shifted by the beginning of the variable.
 //!
-//! naga wants an expression after all that it is made of, so the arena of expressions is made anew, in its order, with
-//! the sums of indices and beginnings put in before each access.
+//! naga requires that an expression follows its operands. So the arena of expressions is rebuilt in its order, with the
+//! sums of indices and beginnings inserted before each access.
 
 use super::Owned;
 use naga::{

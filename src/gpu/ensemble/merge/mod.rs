@@ -1,13 +1,13 @@
 //! Kernels that serve many members of an ensemble in one dispatch.
 //!
-//! All arrays of all members lie in one buffer, the arena. A merged kernel is made from the parsed text of a plain one:
-//! workgroups of one `z` belong to one member, whose row of the table `members` says how many workgroups it has and
-//! where each of its arrays begins. An access `jacobian[i]` becomes `jacobian[i + begin]`, with `begin` from that row;
-//! the parameters of the dispatch become an array with one entry a member, of which an invocation
-//! first copies its member's. Nothing else changes, so a member computes
-//! what the plain kernel computes for it alone, in the same order.
+//! One buffer, the arena, contains all arrays of all members. A merged kernel is made from the parsed text of a plain
+//! one. Workgroups of one `z` belong to one member. The member's row of the table `members` contains its number of
+//! workgroups and the beginning of each of its arrays. An access `jacobian[i]` becomes `jacobian[i + begin]`, with
+//! `begin` from that row; the parameters of the dispatch become an array with one entry per member, and an invocation
+//! first copies the entry of its member. Nothing else changes, so a member computes the same as with the plain kernel,
+//! in the same order.
 //!
-//! The old entry point becomes a function, which a new one calls with the member's own group and number of groups.
+//! The old entry point becomes a function. A new entry point calls it with the member's own group and number of groups.
 
 mod entry;
 mod function;

@@ -1,4 +1,4 @@
-//! What the clusters of a problem lead to, on both backends.
+//! Tests of solves with clusters on both backends.
 
 use super::{machine, near, problem, vector, with_empty_slots};
 use crate::gpu::{Gpu, Precision, precisions, test_device};

@@ -1,4 +1,4 @@
-//! `shaders/lcp/cone.wgsl` against `lcp::cone`, function by function.
+//! Tests of `shaders/lcp/cone.wgsl` against `lcp::cone`, function by function.
 
 use crate::gpu::{Buffer, Gpu, Kernel, Precision, Source, fragment, precisions, test_device};
 use crate::lcp::cone;

@@ -1,4 +1,4 @@
-//! How many slots of pairs are empty changes no bit.
+//! Test: the number of empty pair slots changes no bit of a result.
 
 use super::{problem, with_empty_slots};
 use crate::gpu::{precisions, test_device};

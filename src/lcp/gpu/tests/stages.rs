@@ -1,4 +1,4 @@
-//! The stages of an iteration: their number, their bytes, their arithmetic, and where a batch ends.
+//! Tests of the stages of an iteration: their number, bytes and arithmetic, and the end of a batch.
 
 use super::{machine, problem};
 use crate::gpu::{Precision, precisions, test_device};

@@ -1,4 +1,4 @@
-//! Each verb on both backends, from the same vectors.
+//! Tests of each verb on both backends with the same vectors.
 
 use super::{machine, near, problem, vector, with_empty_slots};
 use crate::gpu::{Gpu, Precision, precisions, test_device};

@@ -1,4 +1,4 @@
-//! Colonies that grow in confined spaces until these are full, and bodies in spaces that they fit exactly.
+//! Colonies that grow in confined spaces until the spaces are full, and bodies in spaces that they fit exactly.
 //!
 //! Cells have the diameter 0.5, so a channel of 4 is eight diameters wide: rows of cells fit exactly, and then a step
 //! may have no solution.
@@ -15,7 +15,7 @@ pub(super) fn cases() -> Vec<Case> {
     [channels(), closed(), others(), exact()].concat()
 }
 
-/// How cells grow where a case does not say.
+/// The default growth of cells.
 const GROWTH: Growth = {
     let mut growth = EVEN;
     growth.reorientation_degrees = 4.0;
@@ -23,7 +23,7 @@ const GROWTH: Growth = {
     growth.rate_noise = 0.1;
     growth
 };
-/// All equal: what is in line stays in line.
+/// Equal growth of all cells: cells in line stay in line.
 const EVEN: Growth = Growth::new(0.9, 3.0);
 
 fn cell(length: f64, position: [f64; 3], turn: f64) -> Body {

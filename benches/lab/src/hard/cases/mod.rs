@@ -1,4 +1,4 @@
-//! The cases: one table a file.
+//! The cases: one table per file.
 
 mod confined;
 mod crowds;
@@ -10,29 +10,30 @@ use super::laws::Law;
 use super::same::Change;
 use super::start::Start;
 
-/// What a case looks at beside contact.
+/// The test of a case in addition to contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Test {
-    /// Nothing.
+    /// No further test.
     Contact,
-    /// That something holds in every step.
+    /// A law that must hold in every step.
     Law(Law),
-    /// That the same scene, changed, gives the same result changed; the case's figures are those of the changed scene.
+    /// An invariance: the changed scene must give the changed result. The figures of the case are those of the changed
+    /// scene.
     Same(Change),
 }
 
-/// A small scene that is hard, and how long it is run.
+/// A small hard scene and the length of its run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// What kind of hardness.
+    /// The kind of difficulty.
     pub group: &'static str,
     /// Its name.
     pub name: String,
-    /// Steps at most.
+    /// The largest number of steps.
     pub steps: u64,
-    /// Where it starts.
+    /// The initial state.
     pub start: Start,
-    /// What it looks at.
+    /// The test.
     pub test: Test,
 }
 

@@ -1,4 +1,4 @@
-//! Bodies that are driven hard: rings pulled taut, impacts, and what inertia conserves.
+//! Strongly driven bodies: rings pulled taut, impacts, and conservation with inertia.
 
 use super::Case;
 use crate::hard::laws::Law;

@@ -1,5 +1,5 @@
-//! Few bodies in poses that break separations: extreme shapes, degenerate axes, bodies in one place, bodies in each
-//! other.
+//! Few bodies in poses that are hard for separations: extreme shapes, degenerate axes, coincident bodies, bodies inside
+//! each other.
 
 use super::Case;
 use crate::hard::start::{Start, body, ellipsoid, heap, ring, rod, sphere, upright};
@@ -8,7 +8,8 @@ use relcp::scene::Body;
 use relcp::shape::Shape;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Nothing drives bodies that only have to part: one step does it, the others show that they stay.
+/// No force acts on bodies that only have to separate. One step separates them; the others show that they stay
+/// separated.
 const STEPS: u64 = 4;
 const DT: f64 = 1e-2;
 

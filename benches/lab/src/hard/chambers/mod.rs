@@ -1,5 +1,5 @@
-//! Growth chambers that a seed draws: channels closed below by a floor and open above, where cells leave. What each
-//! comes to is followed until it has overflowed for two generations.
+//! Random growth chambers: channels that are closed below by a floor and open above, where cells leave. Each runs until
+//! it has overflowed for two generations.
 
 mod page;
 mod run;
@@ -46,7 +46,7 @@ pub struct Chamber {
     pub number: u64,
     /// The distance of its sides.
     pub width: f64,
-    /// Where cells leave.
+    /// The height at which cells leave.
     pub height: f64,
     /// The floor's angle, degrees.
     pub tilt: f64,
@@ -102,7 +102,7 @@ fn growth(random: &mut Random) -> Growth {
     )
 }
 
-/// The founder near the floor, which goes through the origin, turned anyhow.
+/// Draws the founder near the floor, which passes through the origin, in a random orientation.
 fn founder(random: &mut Random, width: f64, up: DVec3) -> relcp::scene::Body {
     let x = (0.5 * (width - FOUNDER)) * random.within(-0.95, 0.95);
     let above = 0.5 * FOUNDER + random.within(ABOVE[0], ABOVE[1]);

@@ -36,7 +36,7 @@ fn write_ends(out: &mut String, rows: &[Row]) {
     }
 }
 
-/// The middle, the largest but one in ten, and the largest of each figure.
+/// Writes the median, the 90th percentile and the maximum of each figure.
 fn write_spread(out: &mut String, rows: &[Row]) {
     type Figure = (&'static str, fn(&Row) -> Option<f64>);
     let figures: [Figure; 12] = [
@@ -63,7 +63,7 @@ fn write_spread(out: &mut String, rows: &[Row]) {
     }
 }
 
-/// The chambers whose run a fault ended, and those with the largest moves.
+/// Writes the chambers whose run ended with a fault, and the chambers with the largest moves.
 fn write_stopped(out: &mut String, rows: &[Row]) {
     const MOST: usize = 20;
     let mut worst: Vec<&Row> = rows.iter().filter(|row| !row.is_well()).collect();

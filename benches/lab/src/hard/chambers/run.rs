@@ -1,4 +1,4 @@
-//! A chamber followed to its end, and what is recorded of it.
+//! The run of a chamber and its record.
 
 use super::{Chamber, POPULATION, chamber, overflowing};
 use crate::StudyError;
@@ -19,15 +19,15 @@ pub enum End {
     Overflowed,
     /// It had as many cells as a run may have.
     Population,
-    /// It neither overflowed nor stood still until the latest end.
+    /// It reached the latest end without overflow or standstill.
     Time,
     /// All its cells waited, step after step: nothing will change.
     Frozen,
     /// No cell was left.
     Empty,
-    /// So many steps were asked for.
+    /// It reached the requested number of steps.
     Steps,
-    /// A fault stopped it: its name and its words.
+    /// A fault stopped it: its name and its message.
     Fault(&'static str, String),
     /// It could not begin.
     Refused(String),
@@ -62,7 +62,7 @@ pub struct Row {
     pub number: u64,
     /// The distance of its sides, in diameters.
     pub width: f64,
-    /// Where cells leave, in diameters.
+    /// The height at which cells leave, in diameters.
     pub height: f64,
     /// The floor's angle, degrees.
     pub tilt: f64,
@@ -70,13 +70,13 @@ pub struct Row {
     pub dt: f64,
     /// How it ended.
     pub end: End,
-    /// When.
+    /// The time of the end.
     pub time: f64,
     /// Steps taken.
     pub steps: u64,
     /// Cells at the end.
     pub cells: usize,
-    /// The most cells that there were.
+    /// The largest number of cells.
     pub most_cells: usize,
     /// Cells that left in all.
     pub removed: u64,
@@ -86,23 +86,23 @@ pub struct Row {
     pub largest_move: f64,
     /// The step of it.
     pub moved_in_step: u64,
-    /// Recursions a step.
+    /// Recursions per step.
     pub recursions: f64,
-    /// Solves a step: one a piece and one a recursion.
+    /// Solves per step: one per piece and one per recursion.
     pub solves: f64,
     /// Steps that were taken in pieces.
     pub steps_cut: u64,
     /// Steps in which cells waited.
     pub steps_waiting: u64,
-    /// Steps that ended the run as there was no room: 0 or 1.
+    /// Steps that ended the run for lack of room: 0 or 1.
     pub no_room: u32,
-    /// The largest overlap that a step told.
+    /// The largest overlap that a step reported.
     pub max_overlap: f64,
-    /// Wall seconds a step with about 60 cells; none where there were never so many.
+    /// Wall seconds per step with about 60 cells; `None` if there were never so many.
     pub seconds_at_60: Option<f64>,
-    /// The same of about 120, as many as most chambers hold.
+    /// The same with about 120 cells, the capacity of most chambers.
     pub seconds_at_120: Option<f64>,
-    /// The same of about 300.
+    /// The same with about 300 cells.
     pub seconds_at_300: Option<f64>,
     /// Wall seconds of all steps.
     pub seconds: f64,
@@ -122,8 +122,8 @@ impl Row {
     }
 }
 
-/// Runs chambers `0..count` of a seed, so many at once. `seen` is told of each as it ends; the rows come in their
-/// order, the same whatever the threads, times left aside.
+/// Runs chambers `0..count` of a seed on several threads. `seen` is called when a chamber ends. The rows are in order
+/// and, except for times, independent of the threads.
 ///
 /// # Errors
 /// [`StudyError::Threads`].

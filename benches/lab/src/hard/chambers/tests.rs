@@ -26,7 +26,7 @@ fn stalling_changes_nothing_else() {
     assert_eq!(stops, stalls);
 }
 
-/// What was measured but for what a clock tells.
+/// Returns the measurements without wall times.
 fn without_times(rows: &[Row]) -> Vec<Row> {
     let bare = |row: &Row| Row {
         seconds: 0.0,

@@ -1,8 +1,8 @@
-//! Bodies in line between walls that close: where they should end, and where they do.
+//! Bodies in line between closing walls: their expected and computed final positions.
 //!
-//! The length of each body along the row is 2, one wall closes with the speed 1. Two balls that are pressed keep their
-//! distance, so that the place of the walls tells their offset from each other; of other rows a run with a small step
-//! tells it, unless they are exactly in line, when the way that they give is chance.
+//! The length of each body along the row is 2, and one wall closes with speed 1. Two pressed balls keep their distance,
+//! so the positions of the walls determine their offset from each other. For other rows, a run with a small step
+//! determines it, unless they are exactly in line; then the direction in which they buckle is random.
 
 mod page;
 mod run;
@@ -27,7 +27,7 @@ const END: f64 = 1.0;
 /// The same in a sphere, where the pair turns: by then by 60 degrees.
 const END_IN_SPHERE: f64 = 0.5;
 
-/// What stands in line.
+/// The bodies in line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {

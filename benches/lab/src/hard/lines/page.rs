@@ -1,4 +1,4 @@
-//! The page and the table of rows that are pressed.
+//! The page and the table of pressed rows.
 
 use super::{Line, Row};
 use crate::StudyError;

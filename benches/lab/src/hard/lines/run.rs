@@ -1,4 +1,4 @@
-//! A row followed to its end at several steps, and what it came to.
+//! The runs of a row with several step sizes, and their results.
 
 use super::{Kind, Line};
 use crate::StudyError;
@@ -47,7 +47,7 @@ pub struct Row {
     pub solves: f64,
     /// Steps in pieces.
     pub steps_cut: u64,
-    /// The largest overlap that a step told.
+    /// The largest overlap that a step reported.
     pub max_overlap: f64,
     /// The centres and the ends of all bodies at the end.
     #[serde(skip)]
@@ -62,7 +62,7 @@ impl Row {
     }
 }
 
-/// Runs rows at all steps, so many rows at once. `seen` is told of each row's runs as they end.
+/// Runs rows with all step sizes, several rows at once. `seen` is called when the runs of a row end.
 ///
 /// # Errors
 /// [`StudyError::Threads`].

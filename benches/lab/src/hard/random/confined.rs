@@ -1,4 +1,4 @@
-//! Colonies that fill a confined space: channels, discs, boxes and cups, to the end that there is no room.
+//! Colonies that fill a confined space (channels, discs, boxes and cups) until there is no room.
 
 use super::{Drawn, draw};
 use crate::hard::start::{Random, body, rod};
@@ -14,7 +14,7 @@ const DIAMETER: f64 = 0.5;
 const DIVISION: [f64; 2] = [4.0, 8.0];
 /// Widths, in diameters.
 const WIDTH: [f64; 2] = [2.0, 12.0];
-/// Discs and boxes are so many times as wide: some hundred cells find room in the largest.
+/// The factor by which discs and boxes are wider: the largest have room for some hundred cells.
 const CLOSED: f64 = 2.0;
 /// Widths of discs and boxes at least, in diameters: the founder is in them however it lies.
 const LEAST_CLOSED: f64 = 5.0;
@@ -32,7 +32,7 @@ const MOST_TURN: f64 = 10.0;
 const SENSITIVITY: [f64; 2] = [1e-3, 0.1];
 /// Cells at which a run stops.
 pub const POPULATION: u64 = 500;
-/// Times as long as an unpressed colony takes to so many cells: pressure slows growth.
+/// The run time relative to an unpressed colony that grows to as many cells: pressure slows growth.
 const PATIENCE: f64 = 1.5;
 /// Steps at most: an unpressed colony takes as many at the slowest growth and the shortest step.
 const MOST_STEPS: f64 = 20_000.0;

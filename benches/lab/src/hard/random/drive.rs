@@ -1,4 +1,5 @@
-//! What drives a drawn scene: the law, forces, growth, speeds, spins, the step and settings that are not the defaults.
+//! The dynamics of a drawn scene: the law, forces, growth, speeds, spins, the step, and settings that differ from the
+//! defaults.
 
 use super::shapes::Mixture;
 use crate::hard::start::Random;
@@ -24,7 +25,7 @@ const GROWTH: [f64; 2] = [1e-4, 2e-2];
 const SENSITIVITY: [f64; 2] = [1e-3, 1.0];
 /// Overlap tolerances that are not the default.
 const TOLERANCE: [f64; 2] = [1e-8, 1e-3];
-/// Bodies at which a growing scene stops, at most so many more than it starts with.
+/// The largest number of bodies by which a growing scene grows before it stops.
 const POPULATION: u64 = 60;
 /// Groups that forces may be on.
 const GROUPS: [&str; 2] = ["a", "b"];

@@ -1,6 +1,6 @@
-//! Scenes that a seed draws: what nobody thought of.
+//! Random scenes, which cover cases that nobody wrote down.
 //!
-//! Scene `k` of a seed is always the same, whatever else is drawn: it has a random stream of its own.
+//! Scene `k` of a seed is always the same, independent of other draws: it has its own random stream.
 
 mod confined;
 mod drive;

@@ -1,5 +1,5 @@
-//! How the bodies of a drawn scene start: apart, touching, slightly or grossly in each other, always inside of the
-//! walls.
+//! The initial poses of the bodies of a drawn scene: apart, touching, or with slight or large overlaps, always inside
+//! the walls.
 
 use super::room::Room;
 use super::shapes::{Mixture, turned};
@@ -47,7 +47,7 @@ const LOOKS: usize = 80;
 const TOUCHES: f64 = 1e-14;
 /// Slight overlaps, as parts of the thinnest body's thickness.
 const SLIGHT: [f64; 2] = [1e-8, 0.3];
-/// How often a grossly overlapping body stands exactly where another one does.
+/// The probability that a largely overlapping body is exactly at the position of another one.
 const SAME_PLACE: f64 = 0.1;
 
 /// Places bodies in a scene whose walls and periods are settled.

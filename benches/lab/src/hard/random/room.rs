@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use relcp::scene::{Periodic, Wall};
 use std::f64::consts::TAU;
 
-/// Where bodies are.
+/// The space of the bodies.
 pub(super) struct Room {
     pub(super) walls: Vec<Wall>,
     pub(super) periodic: Option<Periodic>,
@@ -14,7 +14,7 @@ pub(super) struct Room {
     pub(super) what: String,
 }
 
-/// What a room must hold.
+/// The requirements of a room.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Needs {
     pub(super) planar: bool,
@@ -24,7 +24,7 @@ pub(super) struct Needs {
     pub(super) least_period: f64,
 }
 
-/// How much longer than its least a period is at least.
+/// The smallest ratio of a period to the least valid period.
 const PERIOD_SLACK: f64 = 1.001;
 
 impl Room {
@@ -111,7 +111,7 @@ fn tube(random: &mut Random, needs: Needs) -> Room {
     Room { walls: vec![wall], periodic: None, half: needs.half, what: what.into() }
 }
 
-/// A box that is open at one side, turned anyhow.
+/// Draws a box that is open at one side, in a random orientation.
 fn cup(random: &mut Random, needs: Needs) -> Room {
     let Needs { planar, half, .. } = needs;
     let turn = match (random.chance(0.5), planar) {

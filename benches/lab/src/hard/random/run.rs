@@ -1,4 +1,4 @@
-//! Runs drawn scenes, each on a thread of its own, and says what became of each.
+//! Runs drawn scenes, each on its own thread, and judges each run.
 
 use super::watch::Watch;
 use super::{Drawn, confined, pressed, random};
@@ -9,7 +9,7 @@ use relcp::scene::{Scene, SceneError};
 use relcp::simulation::Compute;
 use serde::Serialize;
 
-/// Where a scene comes from.
+/// The source of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum From {
@@ -21,10 +21,10 @@ pub enum From {
     Pressed,
 }
 
-/// A scene that is to be run: its kind and its number.
+/// A planned scene: its kind and its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Ticket {
-    /// Where it comes from.
+    /// Its source.
     pub from: From,
     /// Its number.
     pub number: u64,
@@ -33,45 +33,45 @@ pub struct Ticket {
 /// A drawn scene that was run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Where it comes from.
+    /// Its source.
     pub from: From,
     /// Its name.
     pub name: String,
-    /// What was drawn.
+    /// The description of the draw.
     pub what: String,
     /// The verdict.
     pub verdict: Verdict,
-    /// What speaks against it.
+    /// The findings against it.
     pub why: Vec<Finding>,
     /// How it ended.
     pub ended: String,
-    /// What the run came to.
+    /// The figures of the run.
     pub figures: Figures,
-    /// What was measured beside contact.
+    /// The measurements in addition to contact.
     pub measures: Vec<Measure>,
-    /// The scene, where something speaks against it.
+    /// The scene, if there are findings against it.
     #[serde(skip)]
     pub scene: Option<Scene>,
 }
 
-/// How scenes are run.
+/// Options of the runs.
 #[derive(Clone)]
 pub struct Options {
-    /// What they are drawn from.
+    /// The seed of the draws.
     pub seed: u64,
-    /// Scenes at once, each on one thread.
+    /// The number of concurrent scenes, each on one thread.
     pub threads: usize,
-    /// Steps of each at most.
+    /// The largest number of steps of each scene.
     pub most_steps: u64,
-    /// What computes them.
+    /// The backend.
     pub compute: Compute,
 }
 
-/// Runs scenes. `seen` is told of each as it ends, in any order; the rows come in the order of `tickets`, the same
-/// whatever the threads.
+/// Runs scenes. `seen` is called when a scene ends, in any order. The rows have the order of `tickets`, independent of
+/// the threads.
 ///
 /// # Errors
-/// [`StudyError::Scene`] where no start of a scene is taken, [`StudyError::Threads`].
+/// [`StudyError::Scene`] if no start of a scene is valid, [`StudyError::Threads`].
 pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row>, StudyError> {
     let rows = spread(tickets.len(), options.threads, &|place| {
         let ticket = tickets[place];
@@ -85,7 +85,7 @@ pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Syn
 }
 
 impl Ticket {
-    /// So many scenes of each kind, in the order of [`From`].
+    /// Returns the tickets of the given numbers of scenes of each kind, in the order of [`From`].
     pub fn of([random, confined, pressed]: [u64; 3]) -> Vec<Ticket> {
         let counts = [(From::Random, random), (From::Confined, confined), (From::Pressed, pressed)];
         counts.into_iter().flat_map(|(from, count)| (0..count).map(move |number| Ticket { from, number })).collect()
@@ -100,7 +100,7 @@ impl Ticket {
     }
 }
 
-/// Runs a drawn scene to its end, or to the first step over its tolerance: the rest would be about a wreck.
+/// Runs a drawn scene to its end, or to the first step over its tolerance, because later steps would be meaningless.
 pub fn run(from: From, drawn: Drawn, most_steps: u64, compute: &Compute) -> Row {
     let Drawn { what, scene } = drawn;
     let mut watch = Watch::new(from, &scene);

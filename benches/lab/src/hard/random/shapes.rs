@@ -1,5 +1,4 @@
-//! What the bodies of a drawn scene are: kinds that may meet, sizes of about one length, and where it says so extreme
-//! ones.
+//! The shapes of a drawn scene: kinds that may form pairs, sizes of about one length, and extreme sizes where noted.
 
 use crate::hard::start::{Random, ellipsoid, ring, rod, sphere};
 use glam::DQuat;
@@ -113,7 +112,8 @@ fn radii(random: &mut Random, reach: f64, aspect: f64) -> [f64; 3] {
     [radii[first], radii[(first + 1) % 3], radii[(first + 2) % 3]]
 }
 
-/// How a body is turned: anyhow in space; in a planar scene so that the plane mirrors it, a growing rod in the plane.
+/// Draws the orientation of a body: uniform in space. In a planar scene, the plane is a mirror plane of the body, and a
+/// growing rod lies in the plane.
 pub(super) fn turned(random: &mut Random, shape: &Shape, planar: bool, grows: bool) -> DQuat {
     if !planar {
         // One in eight lies along the axes of space, where poses are degenerate.

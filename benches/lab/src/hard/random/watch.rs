@@ -1,5 +1,5 @@
-//! What is looked at in every step of a drawn scene beside contact: how far bodies are thrown, and whether energy comes
-//! from nowhere.
+//! Checks of every step of a drawn scene in addition to contact: how far bodies are thrown, and whether energy is
+//! created.
 
 use super::From;
 use crate::hard::Measure;
@@ -12,19 +12,19 @@ use relcp::simulation::Simulation;
 use relcp::step::contacts;
 use std::collections::HashMap;
 
-/// A body is clearly thrown where it goes so many lengths of the longest body farther than what drives it explains.
+/// A body counts as thrown if it moves farther than its drive explains by this many lengths of the longest body.
 const THROWN: f64 = 10.0;
-/// Energy clearly comes from nowhere where it is so many times what was there.
+/// Energy counts as created if the excess is this multiple of the energy before.
 const CREATED: f64 = 1.0;
-/// What is pressed is driven by a small part of its size in each step: contact that moves a body by its length throws
-/// it.
+/// Pressed bodies are driven by a small fraction of their size in each step, so contact that moves a body by its length
+/// throws it.
 const JUMPED: f64 = 1.0;
 
 /// The worst of a run so far.
 pub(super) struct Watch {
     free: Free,
     thrown: Option<f64>,
-    /// The farthest that contact moved a body; none where it is not looked at.
+    /// The largest distance that contact moved a body; `None` if it is not checked.
     jumped: Option<f64>,
     energy: Option<Energy>,
 }
@@ -35,7 +35,7 @@ impl Watch {
         Watch { free: Free::of(scene), thrown: None, jumped, energy: Energy::of(scene) }
     }
 
-    /// Looks at a step: the bodies before it, and the simulation after it.
+    /// Checks a step, from the bodies before it and the simulation after it.
     pub(super) fn see(&mut self, before: &Bodies, simulation: &Simulation) {
         let Ok(state) = simulation.state() else { return };
         let scene = simulation.scene();
@@ -50,16 +50,16 @@ impl Watch {
         }
     }
 
-    /// How much farther a body went than what drives it explains: each body may push the next by the largest free way,
-    /// the largest overlap at the start and the growth, so the last of a row goes by as many of those as there are
-    /// bodies.
+    /// Computes how much farther a body moved than its drive explains. Each body may push the next by the largest free
+    /// path, the largest overlap at the start and the growth, so the last of a row goes by as many of those as there
+    /// are bodies.
     fn see_ways(&mut self, before: &Bodies, after: &Bodies, scene: &Scene) {
         let dt = scene.time.dt;
         let free = self.free.way(before) + self.free.walls_way(before);
         let overlap = contacts(before, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         let longest = after.shape.iter().chain(&before.shape).map(|shape| shape.major_axis()).fold(0.0, f64::max);
         let growth = scene.growth.iter().map(|growth| growth.fastest_rate() * dt * longest).fold(0.0, f64::max);
-        // Daughters are turned, and stand a quarter of their mother's length beside her centre.
+        // Daughters are turned, and their centres are a quarter of the mother's length away from hers.
         let division = if born(before, after) > 0 { longest } else { 0.0 };
         let explained = after.len() as f64 * (free + overlap + growth + division) + scene.contact.overlap_tolerance;
         let old: HashMap<u64, DVec3> =
@@ -92,7 +92,8 @@ impl Watch {
     }
 }
 
-/// The farthest that a body went that stays, beyond the free way of any body and of walls, in lengths of the longest.
+/// Returns the largest distance that a surviving body moved beyond the largest free path of any body and of walls, in
+/// lengths of the longest body.
 fn jump(free: &Free, before: &Bodies, after: &Bodies) -> f64 {
     let longest = after.shape.iter().map(|shape| shape.major_axis()).fold(0.0, f64::max);
     let driven = free.way(before) + free.turn(before) + free.walls_way(before);

@@ -1,9 +1,9 @@
-//! One cell that grows into a colony, by ReLCP and by rows of sub-spheres (LCP-MS): rows, time, and how cells are
-//! aligned; the paper's Table 3 and Figure 5.
+//! One cell that grows into a colony, by ReLCP and by rows of sub-spheres (LCP-MS): rows, time, and the alignment of
+//! cells; the paper's Table 3 and Figure 5.
 //!
-//! All cells divide in the same step, and the daughters exactly fill their parents: the colony is looked at after each
-//! of these steps, a generation. Rows and times are averages of windows of steps, and their statistics are over
-//! windows.
+//! All cells divide in the same step, and the daughters exactly fill their parents: the colony is measured after each
+//! of these steps, which end a generation. Rows and times are averages over windows of steps, and their statistics are
+//! over windows.
 
 mod morphology;
 mod page;
@@ -42,7 +42,7 @@ const DT: f64 = 1e-3;
 /// table of rows by distance on the page).
 pub(super) const CUTOFF_PER_THICKNESS: f64 = 2.5;
 
-/// Steps after the last division: the last generation is looked at, and not left to grow.
+/// Steps after the last division: the last generation is measured, but does not grow further.
 const AFTER: f64 = 10.0;
 
 /// Pixels of a picture's sides.
@@ -106,14 +106,14 @@ impl Size {
     }
 }
 
-/// A run that is to be made.
+/// A planned run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Case {
-    /// How contacts are resolved.
+    /// The contact method.
     pub method: Method,
     /// Generations after the founder.
     pub generations: u32,
-    /// What the daughters' turns are drawn from.
+    /// The seed of the daughters' turns.
     pub seed: u64,
 }
 
@@ -132,12 +132,12 @@ impl Case {
 /// A run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
-    /// What was run.
+    /// The plan of the run.
     pub case: Case,
     /// The summary of its steps.
     #[serde(rename = "course")]
     pub summary: RunSummary,
-    /// How the cells lie after each division.
+    /// The alignment of the cells after each division.
     pub generations: Vec<Generation>,
     /// The colony at the end, as PNG.
     #[serde(skip)]
@@ -150,7 +150,7 @@ impl Run {
     }
 }
 
-/// What was measured so far.
+/// The results so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
     size: Size,
@@ -165,7 +165,7 @@ impl Study {
         Study { size, runs: Vec::new(), census: Census::default() }
     }
 
-    /// What it measures.
+    /// The extent of the measurements.
     pub fn size(&self) -> &Size {
         &self.size
     }
@@ -191,7 +191,7 @@ impl Study {
         morphology::morphology(&self.runs)
     }
 
-    /// What it is to show, and whether it does.
+    /// Returns its targets, and whether it reaches them.
     pub fn targets(&self) -> Vec<Target> {
         page::targets(self)
     }

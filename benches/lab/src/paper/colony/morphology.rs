@@ -1,15 +1,15 @@
-//! How cells are aligned after each division.
+//! The alignment of cells after each division.
 
 use super::{Run, SHOWN};
 use relcp::scene::Method;
 use relcp::simulation::Simulation;
 use serde::Serialize;
 
-/// What is looked at, by the names that `relcp measure` has for it.
+/// The measured quantities, with their names in `relcp measure`.
 pub(super) const COLUMNS: [&str; 5] =
     ["nematic_order", "nematic_local", "correlation_length", "domain_mean", "radius_gyration"];
 
-/// How the cells of a run lie after a division.
+/// The alignment of the cells of a run after a division.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Generation {
     /// The time.

@@ -1,4 +1,4 @@
-//! Time over that of ReLCP and rows over time, as in the paper's Figure 5; and how cells are aligned, by generation.
+//! Time over that of ReLCP and rows over time, as in the paper's Figure 5; and the alignment of cells, by generation.
 
 use super::{Morphology, Run, SHOWN, Study};
 use crate::StudyError;

@@ -103,7 +103,7 @@ fn row(summary: &RunSummary, relcp: Option<&RunSummary>) -> Row {
     }
 }
 
-/// Rows and time of a step while there were so many cells.
+/// Rows and time of a step at a number of cells.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ByGeneration {
     /// How contacts are resolved.

@@ -1,9 +1,9 @@
 //! A suspension of ellipsoids that is drawn into a dense ball, by ReLCP and by rows of sub-spheres (LCP-MS): rows and
 //! time, the paper's Table 2 and Figure 4.
 //!
-//! With few sub-spheres runs are made whole. With many, and with few beside them, a short run begins at the dense state
-//! that ReLCP came to: in its first half the sub-spheres come into contact, the second half is measured. These are made
-//! by the default solver, and by the one of public codes.
+//! With few sub-spheres, runs are complete. With many, and also with few for comparison, a short run begins at the
+//! dense state that ReLCP reached. In its first half, the sub-spheres come into contact; the second half is measured.
+//! Short runs use the default solver and the solver of public codes.
 
 mod page;
 mod plot;
@@ -34,7 +34,7 @@ const WINDOWS: u64 = 100;
 /// rows by distance on the page).
 pub(super) const CUTOFF_PER_THICKNESS: f64 = 0.2;
 
-/// How much is measured.
+/// The extent of the measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Size {
     /// Ellipsoids.
@@ -123,21 +123,21 @@ pub enum Part {
     Public,
 }
 
-/// A run that is to be made.
+/// A planned run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Case {
     /// The step.
     pub dt: f64,
     /// Which part.
     pub part: Part,
-    /// How contacts are resolved.
+    /// The contact method.
     pub method: Method,
 }
 
 /// A run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
-    /// What was run.
+    /// The plan of the run.
     pub case: Case,
     /// The summary of its steps.
     #[serde(rename = "course")]
@@ -153,7 +153,7 @@ pub struct Row {
     pub part: Part,
     /// The step.
     pub dt: f64,
-    /// How contacts are resolved.
+    /// The contact method.
     pub method: String,
     /// Sub-spheres of a body.
     pub spheres: Option<u32>,
@@ -183,7 +183,7 @@ pub struct Row {
     pub gyration: Option<f64>,
 }
 
-/// What was measured so far.
+/// The results so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
     size: Size,
@@ -200,7 +200,7 @@ impl Study {
         Study { size, runs: Vec::new(), dense: None, census: Census::default() }
     }
 
-    /// What it measures.
+    /// The extent of the measurements.
     pub fn size(&self) -> &Size {
         &self.size
     }
@@ -249,7 +249,7 @@ impl Study {
         }
     }
 
-    /// What it is to show, and whether it does.
+    /// Returns its targets, and whether it reaches them.
     pub fn targets(&self) -> Vec<Target> {
         targets::targets(&self.rows(), &self.runs, &self.census)
     }
@@ -265,8 +265,7 @@ impl Study {
         let (summary, simulation) = follow(scene, from, width)?;
         let [gyration] = measure_columns(&simulation, ["radius_gyration"])?;
         if (case.part, case.method) == (Part::Whole, Method::Relcp) {
-            // What a method remembers of its rows is of no use to another; so that none begins with an advantage, none
-            // has it.
+            // The stored multipliers of one method do not help another, so all methods start without them.
             if self.dense.is_none() {
                 let counts = page::PAPER_ROWS.map(|(count, _)| count);
                 self.census.add(&simulation.state()?.bodies, &counts).map_err(Fault::NoProxy)?;

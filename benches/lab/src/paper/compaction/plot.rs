@@ -1,4 +1,4 @@
-//! Time over that of ReLCP, and rows, over time; a line of panels a step, as in the paper's Figure 4.
+//! Time over that of ReLCP, and rows, over time; one line of panels per step, as in the paper's Figure 4.
 
 use super::{Part, Run, Study};
 use crate::StudyError;

@@ -1,4 +1,4 @@
-//! What the study is to show.
+//! The targets of the study.
 
 use super::page::{PAPER_LINEAR_DT, PAPER_ROWS, of_paper};
 use super::{Part, Row, Run};

@@ -152,7 +152,7 @@ pub struct Run {
     pub windows: Vec<Window>,
 }
 
-/// Makes a run of so many steps.
+/// Performs a run with this number of steps.
 ///
 /// # Errors
 /// [`StudyError`] where a step cannot be taken.

@@ -1,5 +1,5 @@
-//! Public engines and this program on the same rods, as `benches/peers/run` measured them: its lines are read, none is
-//! typed here.
+//! Public engines and this program with the same rods, as measured by `benches/peers/run`. The values are read from its
+//! output.
 
 use crate::StudyError;
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ pub(super) const RODS: usize = 1000;
 /// This program, in those lines.
 const OURS: &str = "relcp";
 
-/// A radius of gyration that is further from ours, a part of it, is another problem's.
+/// A radius of gyration with a larger relative difference from ours belongs to another problem.
 pub(super) const GYRATION_WITHIN: f64 = 0.01;
 
 /// A run of an engine, or of this program.
@@ -27,7 +27,7 @@ pub struct Engine {
     pub engine: String,
     /// Its version.
     pub version: Option<String>,
-    /// What its settings are called.
+    /// The name of its settings.
     pub settings_name: String,
     /// The step.
     pub dt: f64,
@@ -39,7 +39,7 @@ pub struct Engine {
     pub max_overlap: Option<f64>,
     /// The radius of gyration at the end.
     pub gyration: Option<f64>,
-    /// Why it did not come to the end.
+    /// The reason why it did not reach the end.
     pub ended: Option<String>,
     /// The day.
     pub date: String,

@@ -18,7 +18,7 @@ pub(super) const SPACING: f64 = 1.6;
 /// The run's end.
 pub(super) const END: f64 = 15.0;
 
-/// What orientations are drawn from.
+/// The seed of orientations.
 pub(super) const SEED: u64 = 1;
 
 /// The scene of `side^3` rods. The drag is one over the length, so that a unit force moves a rod with unit speed, and

@@ -1,5 +1,5 @@
-//! Spherocylinders drawn into a ball: time of a step and true overlap by the step's size, beside those of public
-//! engines. Not of the paper.
+//! Spherocylinders drawn into a ball: time of a step and true overlap by step size, compared with public engines. This
+//! study is not in the paper.
 //!
 //! The engines' figures are those of `benches/peers/run`; none is a dependency, and none is run here.
 
@@ -23,7 +23,7 @@ use serde_json::{Value, json};
 /// Most lines of a run's course over time.
 const WINDOWS: u64 = 150;
 
-/// How much is measured.
+/// The extent of the measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Size {
     /// Rods along an edge of the lattice.
@@ -54,7 +54,7 @@ pub struct Run {
     pub gyration: Option<f64>,
 }
 
-/// What was measured so far.
+/// The results so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
     size: Size,
@@ -63,7 +63,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// Nothing yet of its own; what was measured of engines is read.
+    /// Begins without runs; reads the measurements of engines.
     ///
     /// # Errors
     /// [`StudyError::Damaged`] if that is no table.
@@ -71,12 +71,12 @@ impl Study {
         Ok(Study { size, runs: Vec::new(), engines: engines()? })
     }
 
-    /// What was measured of engines on 1,000 rods, and of this program beside them.
+    /// Returns the measurements of engines with 1,000 rods, and of this program in the same call.
     pub fn engines(&self) -> &[Engine] {
         &self.engines
     }
 
-    /// What it measures.
+    /// The extent of the measurements.
     pub fn size(&self) -> &Size {
         &self.size
     }
@@ -86,7 +86,7 @@ impl Study {
         &self.runs
     }
 
-    /// What it is to show, and whether it does.
+    /// Returns its targets, and whether it reaches them.
     pub fn targets(&self) -> Vec<Target> {
         page::targets(&self.runs, &self.engines)
     }

@@ -58,7 +58,7 @@ fn ours(out: &mut String, runs: &[Run]) {
     }
 }
 
-/// What `benches/peers/run` found of this program and of engines in one go.
+/// Writes the results of `benches/peers/run` for this program and for engines, measured in one call.
 fn theirs(out: &mut String, engines: &[Engine]) {
     let origin = engines.first().map_or(String::new(), |run| format!("{}, {}", run.date, run.machine));
     let _ = write!(

@@ -6,7 +6,7 @@ use crate::paper::Window;
 use crate::plot::{Axis, Curve, Panel, draw};
 use relcp::figure::Figure;
 
-/// What is drawn in place of anything smaller, zero too: a logarithm has no place for it.
+/// The smallest value that is drawn. It replaces smaller values, and zero, which has no logarithm.
 const FLOOR: f64 = 1e-9;
 
 pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// or is a multiple of it.
 const INTERVAL: f64 = 0.1;
 
-/// A short run is repeated, and its shortest time kept, until this long was spent or so many times.
+/// A short run is repeated until this total time or this number of repeats. The shortest time counts.
 const REPEAT_WITHIN: Duration = Duration::from_millis(300);
 const REPEATS: usize = 5;
 

@@ -103,7 +103,7 @@ fn numbers_that_are_not_finite_are_told() {
 
 #[test]
 fn page_tables_and_plot_say_what_was_measured() {
-    // Far apart, so that the exact solver alone has anything to fear of so many rows.
+    // Far apart, so that the number of rows is a problem only for the exact solver.
     let bodies = Size::FULL.rows_of_dense as u32 + 2;
     let mut problem = Problem::<3> { bodies: bodies as usize, ..Problem::default() };
     for body in 1..bodies {

@@ -37,7 +37,7 @@ pub(super) fn draw(random: &mut Random, name: &str) -> Drawn {
     Drawn { what: described(&scene, &what, driven.as_deref().unwrap_or(""), &settings), scene }
 }
 
-/// Half the width of a space for so many bodies.
+/// Returns half the width of a space for a number of bodies.
 fn half(random: &mut Random, mixture: &Mixture, count: f64, planar: bool) -> f64 {
     let fraction = random.log_within(FRACTION[0], FRACTION[1]);
     let sizes = mixture.shapes.iter().map(|shape| match planar {
@@ -48,7 +48,7 @@ fn half(random: &mut Random, mixture: &Mixture, count: f64, planar: bool) -> f64
     (0.5 * if planar { size.sqrt() } else { size.cbrt() }).max(LEAST_HALF * mixture.reach())
 }
 
-/// Walls about the origin, some or all of which close, turned anyhow.
+/// Draws walls around the origin in a random orientation. Some or all of them close.
 fn walls(random: &mut Random, closing: &Closing, half: f64, planar: bool) -> (Vec<Wall>, &'static str) {
     let turned = random.within(0.0, TAU);
     let turn = match (random.chance(0.5), planar) {

@@ -1,5 +1,5 @@
 //! Cells that grow in chambers and out of them: traps closed below and open above, with flat and tilted floors, funnels
-//! that widen and narrow, and flat chambers of space.
+//! that widen and narrow, and flat chambers in space.
 
 use super::super::Drawn;
 use super::super::room;

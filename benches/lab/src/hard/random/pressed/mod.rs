@@ -1,7 +1,7 @@
-//! Bodies that are pressed where there is hardly room: chambers that cells grow out of, walls that close, rows that
-//! stand in line between them, thin discs, and tubes as wide as the bodies in them.
+//! Bodies that are pressed in narrow spaces: chambers that cells grow out of, closing walls, rows of bodies in line
+//! between them, thin discs, and tubes as wide as the bodies in them.
 //!
-//! A step drives bodies by a small part of their size, so that one that contact moves by its length is thrown.
+//! A step drives bodies by a small fraction of their size. So a body that contact moves by its length is thrown.
 
 mod closing;
 mod discs;

@@ -1,4 +1,4 @@
-//! What pressed scenes have in common: how fast spaces close, walls that move, and how far out of line bodies are.
+//! Common parts of pressed scenes: the speed at which spaces close, moving walls, and the misalignment of bodies.
 
 use super::super::drive;
 use crate::hard::start::Random;
@@ -6,24 +6,24 @@ use glam::{DQuat, DVec3};
 use relcp::scene::{Dynamics, Scene, Stepping, Time, Wall, WallMotion, Window};
 use std::f64::consts::FRAC_PI_2;
 
-/// What a space closes by in a step, in thicknesses of the bodies.
+/// The range of the distance that a space closes by in a step, in thicknesses of the bodies.
 const STEP: [f64; 2] = [1e-4, 0.05];
 /// Steps of a scene.
 const STEPS: [f64; 2] = [20.0, 400.0];
-/// Steps times bodies at most.
+/// The largest product of steps and bodies.
 const BODY_STEPS: f64 = 6000.0;
-/// How often bodies are exactly in line.
+/// The probability that bodies are exactly in line.
 const IN_LINE: f64 = 0.4;
-/// How far they are out of line where they are, in their size.
+/// The range of the misalignment otherwise, relative to their size.
 const OUT_OF_LINE: [f64; 2] = [1e-9, 3e-2];
 
-/// How fast a space closes, and for how long.
+/// The speed and the duration of the closing of a space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Closing {
     pub(super) dt: f64,
     pub(super) steps: f64,
     pub(super) speed: f64,
-    /// When it stands still.
+    /// The time at which it stops.
     pub(super) end: f64,
 }
 
@@ -33,7 +33,7 @@ impl Closing {
         let dt = random.log_within(drive::DT[0], drive::DT[1]);
         let step = random.log_within(STEP[0], STEP[1]) * thickness;
         let most = STEPS[1].min(BODY_STEPS / bodies.max(1) as f64);
-        // A few steps more, in which nothing moves.
+        // A few further steps without motion.
         let steps = (way / step + STEPS[0]).ceil().min(most);
         Closing { dt, steps, speed: step / dt, end: way / step * dt }
     }
@@ -46,7 +46,7 @@ impl Closing {
     }
 }
 
-/// A scene without bodies and walls: its law, its stepping, its settings, and what these are.
+/// Returns a scene without bodies and walls, with its law, stepping and settings, and a description of them.
 pub(super) fn scene(
     random: &mut Random,
     name: &str,
@@ -61,7 +61,7 @@ pub(super) fn scene(
     (scene, settings)
 }
 
-/// What a scene is, in words, from what it has and what its kind says of it.
+/// Returns the description of a scene, from its contents and the description of its kind.
 pub(super) fn described(scene: &Scene, what: &str, driven: &str, settings: &str) -> String {
     let space = if scene.planar { "planar" } else { "spatial" };
     let law = if matches!(scene.dynamics, Dynamics::Overdamped { .. }) { "overdamped" } else { "inertial" };
@@ -79,7 +79,7 @@ pub(super) fn along(way: DVec3, planar: bool) -> DQuat {
     .normalize()
 }
 
-/// How far bodies are out of line, in their size; zero where they are in line.
+/// Draws the misalignment of bodies, relative to their size; zero if they are in line.
 pub(super) fn misalignment(random: &mut Random) -> f64 {
     let out = random.log_within(OUT_OF_LINE[0], OUT_OF_LINE[1]);
     random.either(IN_LINE, 0.0, out)
@@ -91,7 +91,7 @@ pub(super) fn turn(random: &mut Random, most: f64, planar: bool) -> DQuat {
     DQuat::from_axis_angle(about, random.within(-most, most))
 }
 
-/// Words for how far bodies are out of line.
+/// Describes the misalignment of bodies.
 pub(super) fn out_of_line(misalignment: f64) -> String {
     if misalignment > 0.0 { format!("{misalignment:.0e} out of line") } else { "in line".into() }
 }

@@ -1,4 +1,4 @@
-//! Tubes and channels as wide as the bodies in them, along axes anyhow, open, closed or with a piston.
+//! Tubes and channels as wide as the bodies in them, along random axes, open, closed or with a piston.
 
 use super::super::{Drawn, drive, room};
 use super::parts::{Closing, along, described, scene};
@@ -13,15 +13,15 @@ const COUNT: [f64; 2] = [1.0, 9.0];
 const RADIUS: [f64; 2] = [0.25, 1.0];
 /// Lengths over widths.
 const LONG: [f64; 2] = [1.0, 6.0];
-/// How often there is no slack at all.
+/// The probability of no slack.
 const SNUG: f64 = 0.6;
 /// Slacks, as parts of the width.
 const SLACK: [f64; 2] = [1e-12, 1e-2];
 /// Gaps between bodies, in their lengths.
 const MOST_GAP: f64 = 0.3;
-/// What a body is driven by in a step, in its width.
+/// The range of the driven distance of a body in a step, relative to its width.
 const DRIVEN: [f64; 2] = [1e-3, 0.1];
-/// What a piston moves by, of the tube's length.
+/// The range of a piston's path, relative to the tube's length.
 const SHORTER: [f64; 2] = [0.05, 0.6];
 
 pub(super) fn draw(random: &mut Random, name: &str) -> Drawn {
@@ -103,7 +103,7 @@ fn side(random: &mut Random, (way, centre, width): (DVec3, DVec3, f64), planar: 
     (wall, "a tube")
 }
 
-/// What stands across the axis: nothing, a floor, or a piston.
+/// Draws the ends of the axis: nothing, a floor, or a piston.
 fn ends(random: &mut Random, closing: &Closing, (way, centre): (DVec3, DVec3), half: f64) -> (Vec<Wall>, &'static str) {
     let middle = way.dot(centre);
     let piston = closing.wall(way, half - middle);
