@@ -47,7 +47,7 @@ impl Figure for Status {
 }
 
 macro_rules! report {
-    ($($(#[$doc:meta])* $name:ident: $type:ty = $before:expr, $joins:ident;)*) => {
+    ($($(#[$doc:meta])* $name:ident: $type:ty = $before:expr, $joins:ident, $elsewhere:tt;)*) => {
         /// What one step did. Lengths are in the scene's unit, wall times in seconds.
         #[pyclass(frozen, get_all, module = "relcp")]
         pub(super) struct StepReport {

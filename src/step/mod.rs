@@ -15,6 +15,8 @@ mod retry;
 mod settings;
 mod shaking;
 mod state;
+#[cfg(test)]
+mod stub;
 mod two_sided;
 mod unresolved;
 
@@ -39,9 +41,9 @@ pub(crate) use passing::farthest_and_thinnest;
 pub(crate) use passing::may_pass;
 pub(crate) use passing::passed;
 pub(crate) use piece::{Crowd, Piece};
-#[cfg(feature = "python")]
-pub(crate) use report::step_figures;
 pub use report::{Phases, StepReport};
+#[cfg(any(feature = "files", test))]
+pub(crate) use report::{step_figures, step_phases};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub(crate) use shaking::Shake;
 pub use state::{State, Unrounded, UnroundedBody};

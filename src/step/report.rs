@@ -6,127 +6,154 @@ use crate::step::{Effect, Overlap};
 use std::ops::AddAssign;
 use std::time::Duration;
 
-/// Wall time by phase.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Phases {
-    /// Finding candidate pairs.
-    pub broad_phase: Duration,
-    /// Separations, rows, violations.
-    pub narrow_phase: Duration,
-    /// LCP solves, seconds.
-    pub solve: Duration,
-    /// Forces, mobilities, trial configurations.
-    pub integrate: Duration,
-    /// Growth and division.
-    pub growth: Duration,
+/// The phases of a step whose wall times are taken, each with its doc, its name, and its name in tables.
+macro_rules! step_phases {
+    ($then:ident) => {
+        $then! {
+            /// Finding candidate pairs.
+            broad_phase, "broad phase";
+            /// Separations, rows, violations.
+            narrow_phase, "narrow phase";
+            /// The LCPs.
+            solve, "solve";
+            /// Forces, mobilities, trial configurations.
+            integrate, "integrate";
+            /// Growth and division.
+            growth, "growth";
+        }
+    };
+}
+#[cfg(any(feature = "files", test))]
+pub(crate) use step_phases;
+
+macro_rules! phases {
+    ($($(#[$doc:meta])* $name:ident, $label:literal;)*) => {
+        /// Wall time by phase.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        #[non_exhaustive]
+        pub struct Phases {
+            $($(#[$doc])* pub $name: Duration,)*
+        }
+
+        impl AddAssign for Phases {
+            fn add_assign(&mut self, other: Phases) {
+                $(self.$name += other.$name;)*
+            }
+        }
+    };
 }
 
-impl AddAssign for Phases {
-    fn add_assign(&mut self, other: Phases) {
-        self.broad_phase += other.broad_phase;
-        self.narrow_phase += other.narrow_phase;
-        self.solve += other.solve;
-        self.integrate += other.integrate;
-        self.growth += other.growth;
-    }
-}
+step_phases!(phases);
 
-/// The figures of a step: each with its doc, its type, its value before a step, and how that of a piece joins that of a
-/// step in pieces. `$then!` gets all of them; so what has a figure for each is written once: the report, how pieces
-/// join, the report in Python.
+/// The figures of a step: each with its doc, its type, its value before a step, how that of a piece joins that of a
+/// step in pieces, and in braces where else it is. `$then!` gets all of them; so what has a figure for each is written
+/// once: the report, how pieces join, `steps.csv`, a run's totals, the report in Python and its stub.
 ///
 /// * `sum`: of all pieces. `most`: the largest one's. `last`: the last piece's. `first`: the first one's that there is.
 /// * `own`: no figure of a piece; what takes the step says it. `solves`: as [`StepReport::join_solves`] says.
+///
+/// In braces, in this order:
+/// * `column(type = "absent")`: it is a column of `steps.csv`; the rows of files that were begun before it was have
+///   `absent` there.
+/// * `counts(name: type = how)`: whole numbers of [`Totals`](crate::record::Totals), each the `sum`, the `most` or the
+///   `last` of the steps' figures, or the number of `steps` that have some or `several`. `retried(...)`: the same of
+///   [`Retried`](crate::record::Retried).
+/// * `largest(name)`: a length, an energy or an angle of [`Totals`](crate::record::Totals), the largest of the steps'.
 macro_rules! step_figures {
     ($then:ident) => {
         $then! {
             /// Its number, from 1.
-            step: u64 = 0, own;
+            step: u64 = 0, own, { column(u64) };
             /// Time after it.
-            time: f64 = 0.0, own;
+            time: f64 = 0.0, own, { column(f64) };
             /// Bodies after it.
-            bodies: usize = 0, own;
+            bodies: usize = 0, own, { column(usize) };
             /// Bodies removed at its end. The report's pairs have the indices before.
-            removed: usize = 0, own;
+            removed: usize = 0, own, {};
             /// Rows of its last LCP.
-            constraints: usize = 0, last;
+            constraints: usize = 0, last, {
+                column(usize)
+                counts(constraints: u64 = sum, final_constraints: u64 = last, max_constraints: u64 = most)
+            };
             /// Recursions after its first solve.
-            recursions: u32 = 0, sum;
+            recursions: u32 = 0, sum, { column(u32) counts(recursions: u64 = sum, max_recursions: u32 = most) };
             /// LCP iterations, over all its solves.
-            iterations: u64 = 0, sum;
+            iterations: u64 = 0, sum, { column(u64) counts(iterations: u64 = sum) };
             /// Applications of the LCP's matrix `A`, over all its solves.
-            products: u64 = 0, sum;
+            products: u64 = 0, sum, { column(u64) counts(products: u64 = sum) };
             /// Solves that the safeguard of the solver `auto` went on with.
-            fallbacks: u32 = 0, sum;
+            fallbacks: u32 = 0, sum, { counts(fallbacks: u64 = sum) };
             /// Residual that its last solve ended with, a length; the largest of those that did not reach their
             /// tolerance, where some did not.
-            residual: f64 = 0.0, solves;
+            residual: f64 = 0.0, solves, { column(f64) largest(worst_residual) };
             /// Solves that did not reach the solver's tolerance.
-            unconverged: u32 = 0, solves;
-            /// Solves whose rows contradict each other, or nearly do, and that were solved in the sense of the least
-            /// overlap.
-            relaxed: u32 = 0, sum;
+            unconverged: u32 = 0, solves, { counts(unconverged: u64 = sum) };
+            /// `Solved`, or how the last of its solves that did not converge ended.
+            status: Status = Status::Solved, solves, {};
             /// Residual of the solves behind the accepted velocities, a length: of the last solve; in a midpoint step,
             /// the larger one of both halves; of a step in pieces the largest one. It is what velocities times `dt` may
             /// be off by.
-            velocity_residual: f64 = 0.0, most;
-            /// The number of pieces that it was taken in: 1 for a whole step.
-            pieces: u32 = 0, own;
-            /// Attempts that failed before it was taken.
-            failed_attempts: u32 = 0, own;
-            /// Whether the CPU took the step instead of a device.
-            by_cpu: bool = false, own;
-            /// Whether bodies overlapped too deeply for the step and were separated before it, without advancing time.
-            parted: bool = false, own;
-            /// Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time.
-            squeezed: u32 = 0, sum;
-            /// Pieces in which daughters turned less than they drew, as there was no room.
-            turned_less: u32 = 0, sum;
-            /// Pieces before which cells that pressed each other and found no way out were moved by a draw.
-            shaken: u32 = 0, sum;
-            /// Cells that had to wait, as there was no room for them.
-            waiting: usize = 0, own;
-            /// `Solved`, or how the last of its solves that did not converge ended.
-            status: Status = Status::Solved, solves;
+            velocity_residual: f64 = 0.0, most, {};
             /// Largest overlap of smooth surfaces in the trial of its first solve, a length: what the recursion then
             /// takes away. Of a midpoint step its second half's.
-            first_violation: f64 = 0.0, own;
+            first_violation: f64 = 0.0, own, { column(f64) };
             /// Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a
             /// length.
-            max_overlap: f64 = 0.0, own;
+            max_overlap: f64 = 0.0, own, { column(f64) largest(max_overlap) };
             /// The pair of bodies that overlaps by `max_overlap`, where one does.
-            worst_pair: Option<[usize; 2]> = None, own;
+            worst_pair: Option<[usize; 2]> = None, own, {};
             /// The body and the wall (by its index in the scene) that overlap by it, if they do.
-            worst_wall: Option<[usize; 2]> = None, own;
+            worst_wall: Option<[usize; 2]> = None, own, {};
             /// Pairs of bodies that went through each other on the step's way; none where no pair did.
-            passed: Option<Passed> = None, first;
+            passed: Option<Passed> = None, first, {};
             /// Largest overlap between sub-spheres, where the method makes its rows from them.
-            proxy_overlap: Option<f64> = None, own;
-            /// Rows that were rebuilt because they pushed bodies that no longer touched.
-            loosened: u32 = 0, sum;
+            proxy_overlap: Option<f64> = None, own, {};
+            /// The number of pieces that it was taken in: 1 for a whole step.
+            pieces: u32 = 0, own, {
+                column(Option<u32> = "1")
+                retried(in_pieces: u64 = several, most_pieces: u32 = most)
+            };
+            /// Whether the CPU took the step instead of a device.
+            by_cpu: bool = false, own, { retried(by_cpu: u64 = steps) };
+            /// Whether bodies overlapped too deeply for the step and were separated before it, without advancing time.
+            parted: bool = false, own, {};
+            /// Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time.
+            squeezed: u32 = 0, sum, { retried(squeezed: u64 = steps) };
+            /// Pieces in which daughters turned less than they drew, as there was no room.
+            turned_less: u32 = 0, sum, { retried(turned_less: u64 = steps) };
+            /// Pieces before which cells that pressed each other and found no way out were moved by a draw.
+            shaken: u32 = 0, sum, { retried(shaken: u64 = steps) };
+            /// Cells that had to wait, as there was no room for them.
+            waiting: usize = 0, own, { retried(with_waiting_cells: u64 = steps) };
+            /// Attempts that failed before it was taken.
+            failed_attempts: u32 = 0, own, { retried(failed_attempts: u64 = sum) };
+            /// Solves whose rows contradict each other, or nearly do, and that were solved in the sense of the least
+            /// overlap.
+            relaxed: u32 = 0, sum, { retried(relaxed_solves: u64 = sum) };
             /// How often rows that contradict each other were tilted.
-            tilts: u32 = 0, sum;
+            tilts: u32 = 0, sum, { retried(tilted: u64 = steps) };
+            /// Rows that were rebuilt because they pushed bodies that no longer touched.
+            loosened: u32 = 0, sum, { counts(steps_loosened: u64 = steps) };
             /// The farthest that contact moved a body's centre from where its free motion leads, a length; of a step in
             /// pieces that of all pieces together at most.
-            largest_move: f64 = 0.0, sum;
+            largest_move: f64 = 0.0, sum, { column(Option<f64> = "") largest(largest_move) };
             /// The body that it moved so far; of a step in pieces that of the piece that moved one farthest.
-            moved: Option<usize> = None, own;
+            moved: Option<usize> = None, own, {};
             /// The largest separation of a contact that pushes, a length; zero where contact parts no bodies by more
             /// than 0.005 of the thinner one's thickness.
-            largest_push_gap: f64 = 0.0, most;
+            largest_push_gap: f64 = 0.0, most, { column(Option<f64> = "") largest(largest_push_gap) };
             /// The energy that contact added, if bodies have inertia; negative if it removed some.
-            contact_energy: f64 = 0.0, sum;
+            contact_energy: f64 = 0.0, sum, { column(Option<f64> = "") largest(largest_contact_energy) };
             /// The largest angle by which contact turned a body of revolution about its own axis.
-            axial_spin: f64 = 0.0, sum;
+            axial_spin: f64 = 0.0, sum, { column(Option<f64> = "") largest(largest_axial_spin) };
         }
     };
 }
-#[cfg(feature = "python")]
+#[cfg(any(feature = "files", test))]
 pub(crate) use step_figures;
 
 macro_rules! report {
-    ($($(#[$doc:meta])* $name:ident: $type:ty = $before:expr, $joins:ident;)*) => {
+    ($($(#[$doc:meta])* $name:ident: $type:ty = $before:expr, $joins:ident, $elsewhere:tt;)*) => {
         /// What one step did.
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[non_exhaustive]

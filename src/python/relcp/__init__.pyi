@@ -9,6 +9,9 @@ _Path = Union[str, os.PathLike[str]]
 _Overrides = Union[Mapping[str, Any], Iterable[str], None]
 _Backend = Literal["cpu", "gpu", "auto"]
 _Precision = Optional[Literal["f32", "f64"]]
+_Status = Literal[
+    "solved", "max_iterations", "no_progress", "rounding_floor", "infeasible", "least_overlap", "too_large", "not_finite"
+]
 _Floats = npt.NDArray[np.float64]
 _Vectors = npt.ArrayLike
 _Force = Callable[["Bodies"], Union[_Vectors, tuple[_Vectors, Optional[_Vectors]]]]
@@ -118,11 +121,21 @@ class StepReport:
     """What one step did; lengths in the scene's unit, wall times in seconds."""
 
     @property
-    def step(self) -> int: ...
+    def step(self) -> int:
+        """Its number, from 1."""
+
     @property
-    def time(self) -> float: ...
+    def time(self) -> float:
+        """Time after it."""
+
     @property
-    def bodies(self) -> int: ...
+    def bodies(self) -> int:
+        """Bodies after it."""
+
+    @property
+    def removed(self) -> int:
+        """Bodies removed at its end. The report's pairs have the indices before."""
+
     @property
     def constraints(self) -> int:
         """Rows of its last LCP."""
@@ -137,83 +150,60 @@ class StepReport:
 
     @property
     def products(self) -> int:
-        """Applications of the LCP's matrix, over all its solves."""
+        """Applications of the LCP's matrix `A`, over all its solves."""
 
     @property
-    def fallbacks(self) -> int: ...
+    def fallbacks(self) -> int:
+        """Solves that the safeguard of the solver `auto` went on with."""
+
     @property
     def residual(self) -> float:
-        """Largest residual that one of its solves ended with, a length."""
+        """Residual that its last solve ended with, a length; the largest of those that did not reach their tolerance,
+        where some did not."""
 
     @property
     def unconverged(self) -> int:
         """Solves that did not reach the solver's tolerance."""
 
     @property
-    def status(
-        self,
-    ) -> Literal["solved", "max_iterations", "no_progress", "infeasible", "too_large", "not_finite"]: ...
-    @property
-    def first_violation(self) -> float:
-        """Largest overlap of smooth surfaces in the trial of its first solve, a length."""
-
-    @property
-    def max_overlap(self) -> float:
-        """Largest true overlap of smooth surfaces in the accepted configuration, a length."""
-
-    @property
-    def worst_pair(self) -> Optional[tuple[int, int]]: ...
-    @property
-    def worst_wall(self) -> Optional[tuple[int, int]]: ...
-    @property
-    def passed(self) -> int:
-        """Pairs of bodies that went through each other on the step's way."""
-
-    @property
-    def relaxed(self) -> int:
-        """Solves whose rows contradict each other, or nearly do, solved with the least overlap."""
+    def status(self) -> _Status:
+        """`Solved`, or how the last of its solves that did not converge ended."""
 
     @property
     def velocity_residual(self) -> float:
-        """What its velocities times `dt` may be off by, a length."""
+        """Residual of the solves behind the accepted velocities, a length: of the last solve; in a midpoint step, the
+        larger one of both halves; of a step in pieces the largest one. It is what velocities times `dt` may be off
+        by."""
+
+    @property
+    def first_violation(self) -> float:
+        """Largest overlap of smooth surfaces in the trial of its first solve, a length: what the recursion then takes
+        away. Of a midpoint step its second half's."""
+
+    @property
+    def max_overlap(self) -> float:
+        """Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a
+        length."""
+
+    @property
+    def worst_pair(self) -> Optional[tuple[int, int]]:
+        """The pair of bodies that overlaps by `max_overlap`, where one does."""
+
+    @property
+    def worst_wall(self) -> Optional[tuple[int, int]]:
+        """The body and the wall (by its index in the scene) that overlap by it, if they do."""
+
+    @property
+    def passed(self) -> int:
+        """Pairs of bodies that went through each other on the step's way; none where no pair did."""
+
+    @property
+    def proxy_overlap(self) -> Optional[float]:
+        """Largest overlap between sub-spheres, where the method makes its rows from them."""
 
     @property
     def pieces(self) -> int:
         """The number of pieces that it was taken in: 1 for a whole step."""
-
-    @property
-    def waiting(self) -> int:
-        """Cells that had to wait, as there was no room for them."""
-
-    @property
-    def passed_pair(self) -> Optional[tuple[int, int]]: ...
-    @property
-    def proxy_overlap(self) -> Optional[float]: ...
-    @property
-    def largest_move(self) -> float: ...
-    @property
-    def largest_push_gap(self) -> float: ...
-    @property
-    def contact_energy(self) -> float: ...
-    @property
-    def axial_spin(self) -> float: ...
-    @property
-    def moved(self) -> Optional[int]:
-        """The body that contact moved so far."""
-
-    @property
-    def loosened(self) -> int: ...
-    @property
-    def tilts(self) -> int:
-        """How often rows that contradict each other were tilted."""
-
-    @property
-    def removed(self) -> int:
-        """Bodies that were removed at its end."""
-
-    @property
-    def failed_attempts(self) -> int:
-        """Attempts that failed before it was taken."""
 
     @property
     def by_cpu(self) -> bool:
@@ -221,11 +211,7 @@ class StepReport:
 
     @property
     def parted(self) -> bool:
-        """Whether bodies overlapped too deeply and were separated before it, without advancing time."""
-
-    @property
-    def turned_less(self) -> int:
-        """Pieces in which daughters turned less than they drew, as there was no room."""
+        """Whether bodies overlapped too deeply for the step and were separated before it, without advancing time."""
 
     @property
     def shaken(self) -> int:
@@ -236,17 +222,80 @@ class StepReport:
         """Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time."""
 
     @property
-    def wall_seconds(self) -> float: ...
+    def turned_less(self) -> int:
+        """Pieces in which daughters turned less than they drew, as there was no room."""
+
     @property
-    def broad_phase_seconds(self) -> float: ...
+    def waiting(self) -> int:
+        """Cells that had to wait, as there was no room for them."""
+
     @property
-    def narrow_phase_seconds(self) -> float: ...
+    def failed_attempts(self) -> int:
+        """Attempts that failed before it was taken."""
+
     @property
-    def solve_seconds(self) -> float: ...
+    def relaxed(self) -> int:
+        """Solves whose rows contradict each other, or nearly do, and that were solved in the sense of the least
+        overlap."""
+
     @property
-    def integrate_seconds(self) -> float: ...
+    def tilts(self) -> int:
+        """How often rows that contradict each other were tilted."""
+
     @property
-    def growth_seconds(self) -> float: ...
+    def loosened(self) -> int:
+        """Rows that were rebuilt because they pushed bodies that no longer touched."""
+
+    @property
+    def largest_move(self) -> float:
+        """The farthest that contact moved a body's centre from where its free motion leads, a length; of a step in
+        pieces that of all pieces together at most."""
+
+    @property
+    def moved(self) -> Optional[int]:
+        """The body that it moved so far; of a step in pieces that of the piece that moved one farthest."""
+
+    @property
+    def largest_push_gap(self) -> float:
+        """The largest separation of a contact that pushes, a length; zero where contact parts no bodies by more than
+        0.005 of the thinner one's thickness."""
+
+    @property
+    def contact_energy(self) -> float:
+        """The energy that contact added, if bodies have inertia; negative if it removed some."""
+
+    @property
+    def axial_spin(self) -> float:
+        """The largest angle by which contact turned a body of revolution about its own axis."""
+
+    @property
+    def passed_pair(self) -> Optional[tuple[int, int]]:
+        """The first pair that went through each other, where there is one."""
+
+    @property
+    def wall_seconds(self) -> float:
+        """Wall time of the step."""
+
+    @property
+    def broad_phase_seconds(self) -> float:
+        """Finding candidate pairs."""
+
+    @property
+    def narrow_phase_seconds(self) -> float:
+        """Separations, rows, violations."""
+
+    @property
+    def solve_seconds(self) -> float:
+        """The LCPs."""
+
+    @property
+    def integrate_seconds(self) -> float:
+        """Forces, mobilities, trial configurations."""
+
+    @property
+    def growth_seconds(self) -> float:
+        """Growth and division."""
+
     def to_dict(self) -> dict[str, Any]: ...
 
 @final
