@@ -4,7 +4,7 @@
 //! multiplier of their rows is above zero, which only a checkpoint has. M. van Hecke, J. Phys. Condens. Matter 22,
 //! 033101 (2010) for the coordination number.
 
-use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
 
 const COLUMNS: [Column; 7] = [
     Column { name: "contact_cutoff", what: "separation up to which a pair touches; a length" },
@@ -26,24 +26,14 @@ const PROFILE: [Column; 3] = [
 pub(super) struct Contacts;
 
 impl Measure for Contacts {
-    fn name(&self) -> &'static str {
-        "contacts"
-    }
-
-    fn about(&self) -> &'static str {
-        "contacts per body: those that touch, and those that push"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1, counts: None })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["touching_per_body", "pushing_per_body"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "contacts",
+            line: "contacts per body: those that touch, and those that push",
+            columns: &COLUMNS,
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            plots: &[&["touching_per_body", "pushing_per_body"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -10,7 +10,7 @@
 //! column of pairs shows how reliable a bin is.
 
 use super::bins::Bins;
-use super::{Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
+use super::{About, Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
 use crate::periodic::Periods;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
@@ -45,28 +45,18 @@ const CHUNK: usize = 32;
 pub(super) struct Correlation;
 
 impl Measure for Correlation {
-    fn name(&self) -> &'static str {
-        "correlation"
-    }
-
-    fn about(&self) -> &'static str {
-        "orientational correlation by distance, and its length"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile {
-            columns: &PROFILE,
-            drawn: 1,
-            counts: Some(Counts { column: 2, spread: Spread::OfMean(DEVIATION) }),
-        })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["correlation_length"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "correlation",
+            line: "orientational correlation by distance, and its length",
+            columns: &COLUMNS,
+            profile: Some(Profile {
+                columns: &PROFILE,
+                drawn: 1,
+                counts: Some(Counts { column: 2, spread: Spread::OfMean(DEVIATION) }),
+            }),
+            plots: &[&["correlation_length"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -4,7 +4,7 @@
 
 use super::bins::Bins;
 use super::packing::spread;
-use super::{Column, Found, LeftOut, Measure, Profile, View, cell, radius};
+use super::{About, Column, Found, LeftOut, Measure, Profile, View, cell, radius};
 
 const COLUMNS: [Column; 1] =
     [Column { name: "density_bin", what: "width of the rings of the density profile; a length" }];
@@ -20,24 +20,14 @@ const PROFILE: [Column; 4] = [
 pub(super) struct Density;
 
 impl Measure for Density {
-    fn name(&self) -> &'static str {
-        "density"
-    }
-
-    fn about(&self) -> &'static str {
-        "density by distance from the centre"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1, counts: None })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "density",
+            line: "density by distance from the centre",
+            columns: &COLUMNS,
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            plots: &[],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -1,7 +1,7 @@
 //! Power dissipated by drag, under the overdamped law: `sum of F . u + T . w = xi (L |u|^2 + L^3 |w|^2 / 12)` with the
 //! velocities of the last step (Palmer, Aktulga, Gao 2026 for the drag; Rayleigh's dissipation function is half of it).
 
-use super::{Column, Found, LeftOut, Measure, View, cell};
+use super::{About, Column, Found, LeftOut, Measure, View, cell};
 
 const COLUMNS: [Column; 1] =
     [Column { name: "dissipation", what: "power that the bodies' drag takes; force times length over time" }];
@@ -10,20 +10,14 @@ const COLUMNS: [Column; 1] =
 pub(super) struct Dissipation;
 
 impl Measure for Dissipation {
-    fn name(&self) -> &'static str {
-        "dissipation"
-    }
-
-    fn about(&self) -> &'static str {
-        "power that drag takes, under the overdamped law"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["dissipation"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "dissipation",
+            line: "power that drag takes, under the overdamped law",
+            columns: &COLUMNS,
+            profile: None,
+            plots: &[&["dissipation"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

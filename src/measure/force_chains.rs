@@ -4,7 +4,7 @@
 //! (1996); a chain here is one of its connected components, straight or not.
 
 use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
-use super::{Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Column, Found, LeftOut, Measure, Profile, View, cell, count};
 
 const COLUMNS: [Column; 6] = [
     Column { name: "chain_threshold", what: "the mean contact force, over which a contact is in a chain; a force" },
@@ -19,24 +19,14 @@ const COLUMNS: [Column; 6] = [
 pub(super) struct ForceChains;
 
 impl Measure for ForceChains {
-    fn name(&self) -> &'static str {
-        "force_chains"
-    }
-
-    fn about(&self) -> &'static str {
-        "force chains: contacts over the mean force and their components"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["chain_mean", "chain_largest"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "force_chains",
+            line: "force chains: contacts over the mean force and their components",
+            columns: &COLUMNS,
+            profile: Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None }),
+            plots: &[&["chain_mean", "chain_largest"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -4,7 +4,7 @@
 //! groups, `1 - sum of n (n - 1) / (N (N - 1))` (E. H. Simpson, Nature 163, 688 (1949)). Bodies without a group are a
 //! group of their own.
 
-use super::{Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Column, Found, LeftOut, Measure, Profile, View, cell, count};
 use crate::bodies::NO_GROUP;
 use std::collections::BTreeMap;
 
@@ -47,24 +47,14 @@ pub(super) fn alike(sizes: &BTreeMap<u32, usize>) -> Option<f64> {
 }
 
 impl Measure for Groups {
-    fn name(&self) -> &'static str {
-        "groups"
-    }
-
-    fn about(&self) -> &'static str {
-        "numbers and lengths of bodies by group"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1, counts: None })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["group_largest", "group_smallest"], &["group_diversity"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "groups",
+            line: "numbers and lengths of bodies by group",
+            columns: &COLUMNS,
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            plots: &[&["group_largest", "group_smallest"], &["group_diversity"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

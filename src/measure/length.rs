@@ -1,7 +1,7 @@
 //! Lengths of rods, tip to tip: mean, standard deviation (of the population: divided by N), extremes, histogram.
 
 use super::view::median;
-use super::{Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
+use super::{About, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
 use std::collections::BTreeMap;
 
 const COLUMNS: [Column; 5] = [
@@ -25,24 +25,18 @@ const BINS_PER_THICKNESS: f64 = 8.0;
 pub(super) struct Length;
 
 impl Measure for Length {
-    fn name(&self) -> &'static str {
-        "length"
-    }
-
-    fn about(&self) -> &'static str {
-        "lengths of rods and their histogram"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1, counts: Some(Counts { column: 2, spread: Spread::OfCount }) })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["length_mean", "length_least", "length_most"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "length",
+            line: "lengths of rods and their histogram",
+            columns: &COLUMNS,
+            profile: Some(Profile {
+                columns: &PROFILE,
+                drawn: 1,
+                counts: Some(Counts { column: 2, spread: Spread::OfCount }),
+            }),
+            plots: &[&["length_mean", "length_least", "length_most"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

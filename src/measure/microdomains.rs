@@ -5,7 +5,7 @@
 //! the user chooses. A body with an axis that is aligned with no touching body is a domain of one.
 
 use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
-use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell};
+use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell};
 
 const COLUMNS: [Column; 6] = [
     Column { name: "domain_angle_degrees", what: "largest angle between touching bodies of one domain" },
@@ -23,24 +23,14 @@ const COLUMNS: [Column; 6] = [
 pub(super) struct Microdomains;
 
 impl Measure for Microdomains {
-    fn name(&self) -> &'static str {
-        "microdomains"
-    }
-
-    fn about(&self) -> &'static str {
-        "microdomains: touching bodies that are nearly parallel"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["domains"], &["domain_mean", "domain_largest"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "microdomains",
+            line: "microdomains: touching bodies that are nearly parallel",
+            columns: &COLUMNS,
+            profile: Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None }),
+            plots: &[&["domains"], &["domain_mean", "domain_largest"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

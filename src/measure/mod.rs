@@ -134,6 +134,21 @@ pub enum Spread {
     Column(usize),
 }
 
+/// What a measure is called and what it has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct About {
+    /// Its name: what [`select`] takes, and what its profile's file is called.
+    pub name: &'static str,
+    /// A description in one line.
+    pub line: &'static str,
+    /// Its columns.
+    pub columns: &'static [Column],
+    /// Its profile, if it has one.
+    pub profile: Option<Profile>,
+    /// The columns to be drawn over time, those in one plot together; a plot is named after its first column.
+    pub plots: &'static [&'static [&'static str]],
+}
+
 /// A cell of a table; `None` if the state does not define it.
 pub type Cell = Option<f64>;
 
@@ -160,18 +175,20 @@ impl From<&str> for LeftOut {
 
 /// A measure.
 pub trait Measure: Sync {
-    /// Its name, for [`select`] and for the file of its profile.
-    fn name(&self) -> &'static str;
-    /// A description in one line.
-    fn about(&self) -> &'static str;
+    /// What it is called and what it has.
+    fn about(&self) -> &'static About;
+    /// Its name.
+    fn name(&self) -> &'static str {
+        self.about().name
+    }
     /// Its columns.
-    fn columns(&self) -> &'static [Column];
+    fn columns(&self) -> &'static [Column] {
+        self.about().columns
+    }
     /// Its profile, if it has one.
     fn profile(&self) -> Option<Profile> {
-        None
+        self.about().profile
     }
-    /// The columns to plot over time, grouped by plot; a plot is named after its first column.
-    fn plots(&self) -> &'static [&'static [&'static str]];
     /// Measures a state.
     ///
     /// # Errors

@@ -6,7 +6,7 @@
 //! ratio of sums over bodies (W. G. Cochran, *Sampling Techniques*, 1977, section 6.3).
 
 use super::tracks::{Track, Tracks};
-use super::{Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
+use super::{About, Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -40,24 +40,18 @@ const CHUNK: usize = 64;
 pub(super) struct Msd;
 
 impl Measure for Msd {
-    fn name(&self) -> &'static str {
-        "msd"
-    }
-
-    fn about(&self) -> &'static str {
-        "mean squared displacement and rotation by lag time"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1, counts: Some(Counts { column: 6, spread: Spread::Column(2) }) })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["msd"], &["msr"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "msd",
+            line: "mean squared displacement and rotation by lag time",
+            columns: &COLUMNS,
+            profile: Some(Profile {
+                columns: &PROFILE,
+                drawn: 1,
+                counts: Some(Counts { column: 6, spread: Spread::Column(2) }),
+            }),
+            plots: &[&["msd"], &["msr"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

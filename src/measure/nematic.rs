@@ -8,7 +8,7 @@
 //! Local order is the mean over the bodies of the `S` of a body and its neighbours within a distance. Two bodies alone
 //! have `S` > 0 at any orientation, so the mean number of neighbours is given too.
 
-use super::{Column, Found, LeftOut, Measure, View, cell, count};
+use super::{About, Column, Found, LeftOut, Measure, View, cell, count};
 use crate::measure::view::median;
 use glam::{DMat3, DVec3};
 use nalgebra::Matrix3;
@@ -33,20 +33,14 @@ const ASKED: usize = 64;
 pub(super) struct Nematic;
 
 impl Measure for Nematic {
-    fn name(&self) -> &'static str {
-        "nematic"
-    }
-
-    fn about(&self) -> &'static str {
-        "nematic order, of all bodies and of neighbourhoods"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["nematic_order", "nematic_local"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "nematic",
+            line: "nematic order, of all bodies and of neighbourhoods",
+            columns: &COLUMNS,
+            profile: None,
+            plots: &[&["nematic_order", "nematic_local"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -49,7 +49,7 @@ impl<'a> Document<'a> {
     pub fn new(measured: &'a Measured) -> Self {
         let about = |measure: &&'static dyn super::Measure| About {
             name: measure.name(),
-            about: measure.about(),
+            about: measure.about().line,
             columns: measure.columns(),
             profile: measure.profile().map_or(&[], |profile| profile.columns),
         };
@@ -118,7 +118,7 @@ pub fn write(measured: &Measured, folder: &Path, formats: &[Format]) -> Result<V
 fn remove_others(folder: &Path, paths: &[PathBuf]) -> Result<(), RecordError> {
     let tables = super::ALL.iter().map(|m| format!("{}.csv", m.name()));
     let profiles = super::ALL.iter().map(|m| plot::profile_name(m.name()));
-    let over_time = super::ALL.iter().flat_map(|m| m.plots().iter().map(|columns| plot::time_name(columns)));
+    let over_time = super::ALL.iter().flat_map(|m| m.about().plots.iter().map(|columns| plot::time_name(columns)));
     let figures = profiles.chain(over_time).flat_map(|name| {
         [Format::Svg, Format::Pdf, Format::Png].map(|format| format!("{name}.{}", format.extension()))
     });

@@ -6,7 +6,7 @@
 //! inside a packing: S. Torquato, "Random Heterogeneous Materials", 2002, section 2.6; the hull as a colony's outline
 //! is a choice of this program.
 
-use super::{Column, Found, LeftOut, Measure, View, cell, hull, interior, radius};
+use super::{About, Column, Found, LeftOut, Measure, View, cell, hull, interior, radius};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -31,20 +31,14 @@ const CHUNK: usize = 1024;
 pub(super) struct Packing;
 
 impl Measure for Packing {
-    fn name(&self) -> &'static str {
-        "packing"
-    }
-
-    fn about(&self) -> &'static str {
-        "packing fraction, of the convex hull and of the core"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["packing_hull", "packing_core"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "packing",
+            line: "packing fraction, of the convex hull and of the core",
+            columns: &COLUMNS,
+            profile: None,
+            plots: &[&["packing_hull", "packing_core"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -61,7 +61,7 @@ pub(super) fn profile_name(measure: &str) -> String {
 pub(super) fn plots(measured: &Measured) -> Result<Vec<(String, Figure)>, Undrawn> {
     let mut plots = Vec::new();
     for (at, measure) in measured.measures.iter().enumerate() {
-        for names in measure.plots() {
+        for names in measure.about().plots {
             let columns = || names.iter().filter_map(|name| measure.columns().iter().find(|c| c.name == *name));
             let curves = columns().zip(COLOURS.into_iter().cycle());
             let curves: Vec<Curve> = curves

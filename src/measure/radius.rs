@@ -5,7 +5,7 @@
 //! The expansion rate is the derivative of the outermost radius: that of the parabola through a state and its
 //! neighbours in time, at the ends that of the chord (B. Fornberg, Math. Comp. 51, 699 (1988)).
 
-use super::{Cell, Column, Found, LeftOut, Measure, View, cell};
+use super::{About, Cell, Column, Found, LeftOut, Measure, View, cell};
 
 const COLUMNS: [Column; 3] = [
     Column { name: "radius_gyration", what: "radius of gyration of the centres; a length" },
@@ -24,20 +24,14 @@ const RATE: usize = 2;
 pub(super) struct Radius;
 
 impl Measure for Radius {
-    fn name(&self) -> &'static str {
-        "radius"
-    }
-
-    fn about(&self) -> &'static str {
-        "radius of gyration, outermost radius and its rate of expansion"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["radius_gyration", "radius_outermost"], &["expansion_rate"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "radius",
+            line: "radius of gyration, outermost radius and its rate of expansion",
+            columns: &COLUMNS,
+            profile: None,
+            plots: &[&["radius_gyration", "radius_outermost"], &["expansion_rate"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -1,6 +1,6 @@
 //! Removed bodies: their number so far, by rule, and their rate since the last state.
 
-use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
 
 const COLUMNS: [Column; 3] = [
     Column { name: "removed", what: "bodies removed since the start" },
@@ -24,24 +24,14 @@ const RATE: usize = 2;
 pub(super) struct Removed;
 
 impl Measure for Removed {
-    fn name(&self) -> &'static str {
-        "removal"
-    }
-
-    fn about(&self) -> &'static str {
-        "bodies removed, and the rate at which they leave"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1, counts: None })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["removed"], &["removal_rate"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "removal",
+            line: "bodies removed, and the rate at which they leave",
+            columns: &COLUMNS,
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            plots: &[&["removed"], &["removal_rate"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -7,7 +7,7 @@
 //! contacts; 1 if no two groups touch, 0 if contacts are random, negative if groups alternate.
 
 use super::groups::{alike, number, sizes};
-use super::{Column, Found, LeftOut, Measure, View, cell, count};
+use super::{About, Column, Found, LeftOut, Measure, View, cell, count};
 use std::collections::BTreeMap;
 
 const COLUMNS: [Column; 5] = [
@@ -22,20 +22,14 @@ const COLUMNS: [Column; 5] = [
 pub(super) struct Segregation;
 
 impl Measure for Segregation {
-    fn name(&self) -> &'static str {
-        "segregation"
-    }
-
-    fn about(&self) -> &'static str {
-        "contacts within groups over those of a random mixture"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["segregation"], &["assortativity"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "segregation",
+            line: "contacts within groups over those of a random mixture",
+            columns: &COLUMNS,
+            profile: None,
+            plots: &[&["segregation"], &["assortativity"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -16,7 +16,7 @@
 //! the flow, `sum of xi L |u - u(x)|^2 + xi L^3 / 12 |w - w_J|^2`. The difference of both is of the order of the step.
 
 use super::view::Push;
-use super::{Column, Found, LeftOut, Measure, View, cell};
+use super::{About, Column, Found, LeftOut, Measure, View, cell};
 use crate::motion::Twist;
 use glam::{DMat3, DVec3};
 
@@ -40,25 +40,19 @@ const COLUMNS: [Column; 7] = [
 pub(super) struct ShearStress;
 
 impl Measure for ShearStress {
-    fn name(&self) -> &'static str {
-        "shear_stress"
-    }
-
-    fn about(&self) -> &'static str {
-        "contact stress in a sheared cell, its viscosity and its work"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[
-            &["shear_stress"],
-            &["shear_viscosity"],
-            &["normal_difference_1", "normal_difference_2"],
-            &["shear_power", "shear_dissipation"],
-        ]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "shear_stress",
+            line: "contact stress in a sheared cell, its viscosity and its work",
+            columns: &COLUMNS,
+            profile: None,
+            plots: &[
+                &["shear_stress"],
+                &["shear_viscosity"],
+                &["normal_difference_1", "normal_difference_2"],
+                &["shear_power", "shear_dissipation"],
+            ],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -9,7 +9,7 @@
 
 use super::bins::Bins;
 use super::density::ring;
-use super::{Column, Found, LeftOut, Measure, Profile, View, cell, count, radius};
+use super::{About, Column, Found, LeftOut, Measure, Profile, View, cell, count, radius};
 use glam::{DMat3, DVec3};
 
 const COLUMNS: [Column; 10] = [
@@ -42,24 +42,14 @@ const PROFILE: [Column; 4] = [
 pub(super) struct Stress;
 
 impl Measure for Stress {
-    fn name(&self) -> &'static str {
-        "stress"
-    }
-
-    fn about(&self) -> &'static str {
-        "contact stress, pressure and its profile"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1, counts: None })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["pressure", "shear"], &["force_mean", "force_most"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "stress",
+            line: "contact stress, pressure and its profile",
+            columns: &COLUMNS,
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            plots: &[&["pressure", "shear"], &["force_mean", "force_most"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

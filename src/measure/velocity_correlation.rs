@@ -6,7 +6,7 @@
 //! O. Shochet, Phys. Rev. Lett. 75, 1226 (1995)).
 
 use super::correlation::{self, Pairs};
-use super::{Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
+use super::{About, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
 use glam::DVec3;
 
 const COLUMNS: [Column; 6] = [
@@ -28,25 +28,18 @@ const PROFILE: [Column; 3] = [
 pub(super) struct VelocityCorrelation;
 
 impl Measure for VelocityCorrelation {
-    fn name(&self) -> &'static str {
-        "velocity_correlation"
-    }
-
-    fn about(&self) -> &'static str {
-        "correlation of the directions of velocity by distance, and its length"
-    }
-
-    fn columns(&self) -> &'static [Column] {
-        &COLUMNS
-    }
-
-    fn profile(&self) -> Option<Profile> {
-        let spread = Spread::OfMean(correlation::DEVIATION);
-        Some(Profile { columns: &PROFILE, drawn: 1, counts: Some(Counts { column: 2, spread }) })
-    }
-
-    fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[&["velocity_correlation_length"], &["velocity_order"], &["speed_mean"]]
+    fn about(&self) -> &'static About {
+        &About {
+            name: "velocity_correlation",
+            line: "correlation of the directions of velocity by distance, and its length",
+            columns: &COLUMNS,
+            profile: Some(Profile {
+                columns: &PROFILE,
+                drawn: 1,
+                counts: Some(Counts { column: 2, spread: Spread::OfMean(correlation::DEVIATION) }),
+            }),
+            plots: &[&["velocity_correlation_length"], &["velocity_order"], &["speed_mean"]],
+        }
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -21,7 +21,7 @@ fn the_table_is_sound_and_documented() {
             assert!(page.contains(&format!("`{}`", column.name)), "{}", column.name);
         }
         let columns: Vec<_> = measure.columns().iter().map(|column| column.name).collect();
-        assert!(measure.plots().iter().flat_map(|plot| plot.iter()).all(|name| columns.contains(name)));
+        assert!(measure.about().plots.iter().flat_map(|plot| plot.iter()).all(|name| columns.contains(name)));
         assert!(measure.profile().is_none_or(|profile| profile.drawn < profile.columns.len()));
     }
     assert!(matches!(select(&["nothing".into()]), Err(MeasureError::Unknown { .. })));
