@@ -2,13 +2,11 @@
 
 use super::arguments::{Export as Arguments, ExportFormat};
 use super::exit::{CliError, Exit};
-use super::interrupt::Interrupt;
+use super::watched::watched;
 use super::{compute, output};
-use indicatif::ProgressBar;
 use relcp::export::{ExportError, Exported, Format, export as write};
 use relcp::record::States;
 use serde::Serialize;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 /// What `--json` prints.
@@ -35,19 +33,7 @@ pub(super) fn export(arguments: &Arguments) -> Result<Exit, CliError> {
     let states = States::open(&arguments.run).map_err(ExportError::from)?;
     let states = if arguments.last { states.last() } else { states };
     let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name(), extension));
-    let interrupt = Interrupt::listen();
-    let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
-    let exported = write(&states, format, &folder, &mut |done, all| {
-        if let Some(bar) = &bar {
-            bar.set_length(all as u64);
-            bar.set_position(done as u64);
-        }
-        !interrupt.asked()
-    });
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
-    let exported = exported?;
+    let exported = watched(arguments.print.quiet, |watch| write(&states, format, &folder, watch))?;
     if arguments.print.json {
         output::json(&Document { format: extension, folder: &folder, exported: &exported })?;
     } else if !arguments.print.quiet {

@@ -2,14 +2,12 @@
 
 use super::arguments::Measure as Arguments;
 use super::exit::{CliError, Exit};
-use super::interrupt::Interrupt;
+use super::watched::watched;
 use super::{compute, output};
-use indicatif::ProgressBar;
 use relcp::digits::{short, significant};
 use relcp::measure::{Document, MeasureError, Measured, Settings, measure as measure_all, measure_last, select, write};
 use relcp::record::States;
 use serde::Serialize;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 /// What `--json` prints: the document with the paths of its files.
@@ -34,21 +32,8 @@ pub(super) fn measure(arguments: &Arguments) -> Result<Exit, CliError> {
     };
     let states = States::open(&arguments.run).map_err(MeasureError::from)?;
     let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
-    let interrupt = Interrupt::listen();
-    let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
-    let mut watch = |done, all| {
-        if let Some(bar) = &bar {
-            bar.set_length(all as u64);
-            bar.set_position(done as u64);
-        }
-        !interrupt.asked()
-    };
     let run = if arguments.last { measure_last } else { measure_all };
-    let measured = run(&arguments.run, &states, &measures, &settings, &mut watch);
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
-    let measured = measured?;
+    let measured = watched(arguments.print.quiet, |watch| run(&arguments.run, &states, &measures, &settings, watch))?;
     let files = write(&measured, &folder, &arguments.figures.figures)?;
     if arguments.print.json {
         output::json(&Printed { folder: &folder, files: &files, document: Document::new(&measured) })?;

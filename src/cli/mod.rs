@@ -26,6 +26,7 @@ mod resume;
 mod run;
 mod scenes;
 mod view;
+mod watched;
 
 use arguments::{Arguments, Command};
 use exit::{CliError, Exit};

@@ -2,9 +2,8 @@
 
 use super::arguments::{Backend, Render as Arguments};
 use super::exit::{CliError, Exit};
-use super::interrupt::Interrupt;
+use super::watched::watched;
 use super::{compute, output};
-use indicatif::ProgressBar;
 use relcp::figure::Format;
 use relcp::gpu::{Choice, Gpu};
 use relcp::record::{RecordError, States, durable};
@@ -12,7 +11,6 @@ use relcp::render::{
     Background, ENDINGS, Encoder, Frames, MOVIE, MovieKind, Rays, RenderError, Rendered, movie, render_on,
 };
 use serde::Serialize;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -36,12 +34,14 @@ pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     let rays = rays(arguments)?;
     let states = States::open(&arguments.run).map_err(RenderError::from)?;
-    let states = if arguments.last { states.last() } else { states };
+    let states = if arguments.which.last { states.last() } else { states };
     let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
     if let Some(movie) = arguments.movie.as_deref().filter(|movie| is_among_pictures(movie, &folder)) {
         return Err(CliError::Usage(format!("--movie: {} is among the pictures", movie.display())));
     }
-    let mut rendered = watched(arguments, rays.as_ref(), &states, &folder)?;
+    let mut rendered = watched(arguments.print.quiet, |watch| {
+        render_on(rays.as_ref(), &arguments.run, &states, &frames(arguments), &folder, watch)
+    })?;
     let movie = make_movie(arguments, encoder.as_ref(), &folder, &mut rendered)?;
     if arguments.print.json {
         output::json(&Document { folder: &folder, movie: movie.as_deref(), rendered: &rendered })?;
@@ -89,28 +89,6 @@ fn rays(arguments: &Arguments) -> Result<Option<Rays>, CliError> {
     }
 }
 
-fn watched(
-    arguments: &Arguments,
-    rays: Option<&Rays>,
-    states: &States,
-    folder: &Path,
-) -> Result<Rendered, RenderError> {
-    let interrupt = Interrupt::listen();
-    let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
-    let mut watch = |done, all| {
-        if let Some(bar) = &bar {
-            bar.set_length(all as u64);
-            bar.set_position(done as u64);
-        }
-        !interrupt.asked()
-    };
-    let rendered = render_on(rays, &arguments.run, states, &frames(arguments), folder, &mut watch);
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
-    rendered
-}
-
 fn frames(arguments: &Arguments) -> Frames {
     Frames {
         colour: arguments.colour,
@@ -121,9 +99,9 @@ fn frames(arguments: &Arguments) -> Frames {
         format: arguments.format,
         fit: arguments.fit,
         words: !arguments.bare,
-        every: arguments.every as usize,
-        from: arguments.from.unwrap_or(f64::NEG_INFINITY),
-        to: arguments.to.unwrap_or(f64::INFINITY),
+        every: arguments.which.every as usize,
+        from: arguments.which.from.unwrap_or(f64::NEG_INFINITY),
+        to: arguments.which.to.unwrap_or(f64::INFINITY),
     }
 }
 

@@ -3,14 +3,12 @@
 use super::arguments::View as Arguments;
 use super::compute;
 use super::exit::{CliError, Exit};
-use super::interrupt::Interrupt;
 use super::output;
-use indicatif::ProgressBar;
+use super::watched::watched;
 use relcp::record::States;
 use relcp::render::RenderError;
 use relcp::view::{Pages, Viewed, view as write};
 use serde::Serialize;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -29,28 +27,15 @@ struct Document<'a> {
 pub(super) fn view(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_thread_count(arguments.threads)?;
     let states = States::open(&arguments.run).map_err(RenderError::from)?;
-    let states = if arguments.last { states.last() } else { states };
+    let states = if arguments.which.last { states.last() } else { states };
     let file = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
     let pages = Pages {
         colour: arguments.colour,
-        every: arguments.every as usize,
-        from: arguments.from.unwrap_or(f64::NEG_INFINITY),
-        to: arguments.to.unwrap_or(f64::INFINITY),
+        every: arguments.which.every as usize,
+        from: arguments.which.from.unwrap_or(f64::NEG_INFINITY),
+        to: arguments.which.to.unwrap_or(f64::INFINITY),
     };
-    let interrupt = Interrupt::listen();
-    let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
-    let mut watch = |done, all| {
-        if let Some(bar) = &bar {
-            bar.set_length(all as u64);
-            bar.set_position(done as u64);
-        }
-        !interrupt.asked()
-    };
-    let viewed = write(&arguments.run, &states, &pages, &file, &mut watch);
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
-    let viewed = viewed?;
+    let viewed = watched(arguments.print.quiet, |watch| write(&arguments.run, &states, &pages, &file, watch))?;
     if arguments.print.json {
         output::json(&Document { file: &file, viewed: &viewed })?;
     } else if !arguments.print.quiet {

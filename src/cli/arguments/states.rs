@@ -201,18 +201,8 @@ pub(in crate::cli) struct Render {
     /// Draw only bodies: no time, number of bodies, scale bar or colour scale
     #[arg(long)]
     pub(in crate::cli) bare: bool,
-    /// The last state only
-    #[arg(long, conflicts_with_all = ["every", "from", "to"])]
-    pub(in crate::cli) last: bool,
-    /// Every Nth state
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    pub(in crate::cli) every: u32,
-    /// From this time on
-    #[arg(long, value_name = "TIME", value_parser = length)]
-    pub(in crate::cli) from: Option<f64>,
-    /// Up to this time
-    #[arg(long, value_name = "TIME", value_parser = length)]
-    pub(in crate::cli) to: Option<f64>,
+    #[command(flatten)]
+    pub(in crate::cli) which: Which,
     /// Frames per second of the movie
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=MOST_A_SECOND))]
     pub(in crate::cli) fps: u32,
@@ -234,6 +224,23 @@ pub(in crate::cli) struct Render {
     pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]
     pub(in crate::cli) print: Print,
+}
+
+/// Which states of a run.
+#[derive(Args, Debug)]
+pub(in crate::cli) struct Which {
+    /// The last state only
+    #[arg(long, conflicts_with_all = ["every", "from", "to"])]
+    pub(in crate::cli) last: bool,
+    /// Every Nth state
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(in crate::cli) every: u32,
+    /// From this time on
+    #[arg(long, value_name = "TIME", value_parser = length)]
+    pub(in crate::cli) from: Option<f64>,
+    /// Up to this time
+    #[arg(long, value_name = "TIME", value_parser = length)]
+    pub(in crate::cli) to: Option<f64>,
 }
 
 const VIEW_EXAMPLES: &str = "\
@@ -258,18 +265,8 @@ pub(in crate::cli) struct View {
     /// First colour; the page offers every colour that the states have data for
     #[arg(long, value_enum, default_value = "orientation")]
     pub(in crate::cli) colour: Quantity,
-    /// The last state only
-    #[arg(long, conflicts_with_all = ["every", "from", "to"])]
-    pub(in crate::cli) last: bool,
-    /// Every Nth state
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    pub(in crate::cli) every: u32,
-    /// From this time on
-    #[arg(long, value_name = "TIME", value_parser = length)]
-    pub(in crate::cli) from: Option<f64>,
-    /// Up to this time
-    #[arg(long, value_name = "TIME", value_parser = length)]
-    pub(in crate::cli) to: Option<f64>,
+    #[command(flatten)]
+    pub(in crate::cli) which: Which,
     /// Open the page in this machine's browser
     #[arg(long)]
     pub(in crate::cli) open: bool,
