@@ -28,8 +28,7 @@ use serde::{Deserialize, Serialize};
 /// Periods of space along its axes. A body, with the cutoff, is at most half as long as the shortest period. Positions
 /// are not wrapped: a body that leaves the cell keeps its unwrapped position; others meet it at its nearest image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Periodic {
     /// The period along x, y and z; null for an open axis, such as z in a planar scene.
@@ -45,8 +44,7 @@ pub struct Periodic {
 
 /// An axis of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
 pub enum Axis {
     /// The first axis.
     X,
@@ -71,8 +69,7 @@ impl Axis {
 /// A steady simple shear of a periodic cell: at the time `t` an image one period `L` farther along the gradient is
 /// `rate t L` farther along the direction, and faster by `rate L`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct CellShear {
     /// The shear rate, one over time; of either sign.
@@ -129,8 +126,7 @@ impl Periodic {
 
 /// By how much the images across one axis of a periodic space are displaced along another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 pub struct Tilt {
     /// Along which the images one period farther along the gradient are displaced.
     pub direction: Axis,

@@ -1,17 +1,12 @@
 //! When a force acts, or a wall moves.
 
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
-
 /// The part of a period in which a force acts, where a scene does not say.
 const DEFAULT_DUTY: f64 = 0.5;
 
 /// When a force acts. In a step that the window covers in part, the force counts by that part, so its impulse over the
 /// run is exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Window {

@@ -24,14 +24,10 @@ use crate::periodic::CellShear;
 use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
 
 /// A background flow that carries and turns bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Flow {

@@ -9,10 +9,6 @@ use super::Dynamics;
 use crate::bodies::Bodies;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Mul};
 
 /// A force on a body's centre and a torque about it, space axes.
@@ -91,7 +87,7 @@ impl<F: Fn(&Bodies, usize, f64) -> Load + Send + Sync> ForceField for F {
 
 /// An external force.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Force {
@@ -195,7 +191,7 @@ const fn all_axes() -> [bool; 3] {
 
 /// The axes of a torque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum Frame {
     /// The axes of space.

@@ -1,13 +1,8 @@
 //! The kinds of solvers.
 
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
-
 /// The LCP solvers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum SolverKind {

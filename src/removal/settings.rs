@@ -1,14 +1,10 @@
 //! A scene's rules for removing bodies.
 
 use crate::walls::Wall;
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
 
 /// A rule that removes bodies at the end of a step: exactly one of `outside`, `inside` and `rate`.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Removal {

@@ -84,8 +84,7 @@ use std::collections::BTreeMap;
 /// # Ok::<(), relcp::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[cfg_attr(feature = "files", schemars(description = "Everything that determines a run."))]
 #[non_exhaustive]
 pub struct Scene {
@@ -184,8 +183,7 @@ impl Scene {
 
 /// The LCP solver and when it stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Solver {
     /// The solver.
@@ -196,8 +194,7 @@ pub struct Solver {
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub tolerance: Option<f64>,
     /// The limit on iterations of a solve. Without it: 100,000.
-    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
-    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)), serde(skip_serializing_if = "Option::is_none"))]
     pub max_iterations: Option<u64>,
     /// The LCPs to save into the run's folder `lcps`. Without it: none.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
@@ -206,8 +203,7 @@ pub struct Solver {
 
 /// Properties of the bodies of a group.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Group {
     /// Whether they are obstacles that do not move.
@@ -216,8 +212,7 @@ pub struct Group {
 
 /// One body.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Body {
     /// Its shape.
@@ -271,8 +266,7 @@ impl Body {
 
 /// Identity and ancestry of a body, as a run writes it into `final.json`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BodyLineage {
     /// Unique over the run.
@@ -374,8 +368,11 @@ pub enum Generate {
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
         angle: f64,
         /// Their number: they lie side by side in the x-y plane, 1.2 diameters from axis to axis.
-        #[cfg_attr(feature = "files", schemars(range(min = 1)))]
-        #[cfg_attr(feature = "files", serde(default = "one", skip_serializing_if = "is_one"))]
+        #[cfg_attr(
+            feature = "files",
+            schemars(range(min = 1)),
+            serde(default = "one", skip_serializing_if = "is_one")
+        )]
         count: u64,
         /// Its group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
@@ -385,8 +382,7 @@ pub enum Generate {
 
 /// Bodies of one shape in a mixture.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Component {
     /// Their number.
@@ -461,8 +457,7 @@ pub(crate) const MEASURES: [&str; 17] = [
 
 /// What to record, and how often.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Output {
     /// Time between recorded states. Without it: a hundredth of the run.

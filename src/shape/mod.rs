@@ -19,14 +19,10 @@ pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
 
 use glam::{DQuat, DVec3};
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
 
 /// A rigid shape in body axes, centred on the origin. Lengths are in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Shape {
@@ -61,8 +57,7 @@ pub enum Shape {
         minor_radius: f64,
     },
     /// A shape of one's own, made in code by [`Convex::new`]: no file holds one, and only the CPU computes with it.
-    #[cfg_attr(feature = "files", serde(skip))]
-    #[cfg_attr(feature = "files", schemars(skip))]
+    #[cfg_attr(feature = "files", serde(skip), schemars(skip))]
     Convex(Convex),
 }
 

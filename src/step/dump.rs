@@ -1,10 +1,5 @@
 //! Which LCPs of a run are saved into its folder, for a look at a solver that does not get on.
 
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
-
 /// Products from which on a solve counts as slow, where a scene does not say: the default solver needs 1,052 at most
 /// for stored systems of a colony of 1,024 cells at 1e-6, and 1,539 for one of 4,096.
 const SLOW_PRODUCTS: u64 = 2_000;
@@ -17,15 +12,14 @@ pub(crate) const MOST_DUMPED: u32 = 10_000;
 
 /// The LCPs of a run to save into its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Dump {
     /// The solves to save.
     pub when: DumpWhen,
     /// The number of products from which a solve counts as slow; for `slow` only. Without it: 2,000.
-    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
-    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)), serde(default, skip_serializing_if = "Option::is_none"))]
     pub products: Option<u64>,
     /// The limit on saved LCPs; the first ones are saved. Without it: 10.
     #[cfg_attr(feature = "files", schemars(range(min = 1, max = 10_000)))]
@@ -35,7 +29,7 @@ pub struct Dump {
 
 /// The solves to save.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum DumpWhen {

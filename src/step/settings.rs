@@ -18,8 +18,7 @@ const ROUNDING_OF_STEPS: f64 = 1e-6;
 
 /// Step size and duration. If `dt` does not divide the time from start to end, the last step is shorter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Time {
     /// Step size.
@@ -72,8 +71,7 @@ impl Time {
 
 /// The stepping scheme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Stepping {
     /// The first-order step of the paper.
@@ -112,8 +110,7 @@ pub struct ContactSettings {
     pub on_failure: OnFailure,
     /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a
     /// length. Without it: a tenth of the thinnest body's thickness.
-    #[cfg_attr(feature = "files", schemars(range(min = 0)))]
-    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(skip_serializing_if = "Option::is_none"))]
     pub cutoff: Option<f64>,
 }
 
@@ -148,8 +145,7 @@ impl ContactSettings {
 
 /// Which rows smooth surfaces get.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Rows {
     /// One row for each smooth branch of a pair's separation that may become active in the step, linearised where the
@@ -169,8 +165,7 @@ impl Rows {
 
 /// What to do with a step that cannot meet its tolerances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum OnFailure {
     /// The run ends with the state before the step and prints the reason.
@@ -190,8 +185,7 @@ impl OnFailure {
 /// The tolerance of the solves before a step's last one. The last one always meets `solver.tolerance`, and no step ends
 /// with an overlap above `overlap_tolerance` either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Recursion {
     /// Inexact in space, where packed bodies recurse several times a step; exact in the plane, with the paper's rows,

@@ -3,15 +3,11 @@
 use super::motion::{Moved, WallMotion};
 use crate::separation::Surface;
 use glam::DVec3;
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
 
 /// A fixed or moving wall that bodies do not pass. In a planar scene walls are perpendicular to the plane; faces
 /// parallel to it (of a box, the ends of a cylinder) are ignored.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Wall {

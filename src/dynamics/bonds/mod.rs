@@ -18,14 +18,10 @@ pub(crate) use network::{Member, Unstable, instability};
 use super::Load;
 use crate::bodies::{Bodies, Lineage};
 use glam::DVec3;
-#[cfg(feature = "files")]
-use schemars::JsonSchema;
-#[cfg(feature = "files")]
-use serde::{Deserialize, Serialize};
 
 /// A spring between points of two bodies.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Bond {
@@ -37,8 +33,7 @@ pub struct Bond {
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub stiffness: f64,
     /// Its rest length.
-    #[cfg_attr(feature = "files", serde(default))]
-    #[cfg_attr(feature = "files", schemars(range(min = 0.0)))]
+    #[cfg_attr(feature = "files", serde(default), schemars(range(min = 0.0)))]
     pub length: f64,
     /// The tension above which it breaks. Without it: never.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]

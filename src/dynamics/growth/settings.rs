@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Growth and division of spherocylinders: `length' = rate * length` between divisions.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Growth {
     /// The group of bodies that grow so, and of their daughters. Without it: all bodies without another entry of the
@@ -37,8 +36,7 @@ pub struct Growth {
     pub division_time: Option<f64>,
     /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees; one without room to
     /// turn so far turns less.
-    #[cfg_attr(feature = "files", schemars(range(min = 0, max = 180)))]
-    #[cfg_attr(feature = "files", serde(default))]
+    #[cfg_attr(feature = "files", schemars(range(min = 0, max = 180)), serde(default))]
     pub reorientation_degrees: f64,
     /// Each cell has a division length of its own, drawn uniformly from `division_length` plus and minus this part of
     /// it.
@@ -60,8 +58,7 @@ pub struct Growth {
     /// Growth slows under pressure: the rate of each cell is multiplied by `exp(-stress_sensitivity * pressure)`, with
     /// the pressure of the last step's contact forces on it. One over a pressure: force over area, in a planar scene
     /// over length. On a GPU the state is read back for it after every step.
-    #[cfg_attr(feature = "files", schemars(range(min = 0)))]
-    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
+    #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
     /// What happens to cells without room to grow, in a container of walls or periods. All entries of a list must
     /// agree.
@@ -75,8 +72,7 @@ pub struct Growth {
 
 /// When a cell divides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum DivisionRule {
     /// At a length: `division_length`.
@@ -106,8 +102,7 @@ impl DivisionRule {
 
 /// What happens when a container is full.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum OnNoRoom {
     /// The run ends with the state before the step and prints the reason; with `contact.on_failure` `"continue"` cells
@@ -210,13 +205,11 @@ impl Growth {
 
 /// Ends a run before `time.end`, when the first of these is reached. Checked at the start and after every step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Stop {
     /// This many bodies or more: a step may divide several cells.
-    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
-    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)), serde(skip_serializing_if = "Option::is_none"))]
     pub population: Option<u64>,
     /// This time is reached.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
@@ -230,8 +223,7 @@ pub struct Stop {
 
 /// What ended a run before `time.end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "files", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum StopReason {
     /// [`Stop::population`].
