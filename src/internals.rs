@@ -14,24 +14,17 @@ pub mod broad_phase {
 /// Laws of motion, growth and division.
 pub mod dynamics {
     pub use crate::dynamics::force::force_fields;
-    pub use crate::dynamics::growth::{Cells, Due, Species, grow, stretch};
-    pub use crate::dynamics::inertial::Inertial;
+    pub use crate::dynamics::growth::{Cells, Species, grow, stretch};
     pub use crate::dynamics::law::law;
     pub use crate::dynamics::motion::{Ending, Factor, Law, Motion};
-    pub use crate::dynamics::overdamped::Overdamped;
-    pub use crate::dynamics::spin::Spin;
     pub use crate::dynamics::waiting::Waiting;
     pub use crate::motion::{Pose, Twist, advance};
 }
 
-/// The algorithm of a step, and the verbs that a backend carries out.
+/// The verbs that a backend carries out.
 pub mod step {
-    pub use crate::step::algorithm::{Plan, step};
-    pub use crate::step::backend::{Keeper, Overlap, RetryBackend, Stepper, Verbs};
-    pub use crate::step::keep::Keep;
-    pub use crate::step::model::Model;
+    pub use crate::step::backend::{Keeper, Verbs};
     pub use crate::step::passing::passed;
-    pub use crate::step::piece::{Crowd, Piece};
 }
 
 /// What is derived from a scene.
@@ -96,14 +89,6 @@ pub mod lcp {
     pub mod gpu {
         pub use crate::lcp::gpu::*;
     }
-    /// The rows of each body.
-    pub mod incidence {
-        pub use crate::lcp::incidence::*;
-    }
-    /// The problems of single pairs.
-    pub mod pair_blocks {
-        pub use crate::lcp::pair_blocks::*;
-    }
     /// The product with the matrix.
     pub mod product {
         pub use crate::lcp::product::*;
@@ -129,8 +114,6 @@ pub mod simulation {
 
 /// Walls.
 pub mod walls {
-    pub use crate::walls::number_of;
-
     /// What a wall turns about, as the scene gives it.
     pub fn reference(wall: &crate::scene::Wall) -> glam::DVec3 {
         wall.reference()
@@ -139,7 +122,7 @@ pub mod walls {
 
 /// Branches of separations, surfaces of walls, separations on a device.
 pub mod separation {
-    pub use crate::separation::branches::{WHOLE, branch, branch_slack, branches, is_branch};
+    pub use crate::separation::branches::branches;
     pub use crate::separation::planar::planar_separation;
     pub use crate::separation::surface::Surface;
     /// Their kernels and numbers.
