@@ -361,6 +361,3 @@ fn description(text: &str) -> Option<(String, Vec<usize>)> {
     let sides: Option<Vec<usize>> = sides.map(|n| n.parse().ok()).collect();
     Some((kind.to_owned(), sides?)).filter(|_| known)
 }
-
-#[cfg(test)]
-mod tests;

@@ -7,8 +7,6 @@ mod measured;
 mod memory;
 mod schedule;
 mod summary;
-#[cfg(test)]
-mod tests;
 mod until;
 mod way;
 

@@ -296,3 +296,24 @@ impl SolverSummary {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    /// Even if all steps met the tolerance, the last state, measured again, decides.
+    #[test]
+    fn a_run_whose_final_state_overlaps_is_out_of_tolerance() {
+        let simulation = Simulation::new(Scene::built_in("three-capsules").unwrap()).unwrap();
+        let totals = Totals { steps: 1, ..Totals::default() };
+        assert!(totals.clean());
+        let ended = |overlap: f64| {
+            let summary = Summary::new(&simulation, &totals, "", (RunStatus::Done, None), overlap).unwrap();
+            (summary.status, summary.reason)
+        };
+        let allowed = simulation.scene().contact.overlap_tolerance;
+        assert_eq!(ended(0.5 * allowed), (RunStatus::Done, None));
+        assert_eq!(ended(2.0 * allowed), (RunStatus::OutOfTolerance, Some("final_overlap".into())));
+    }
+}

@@ -1,12 +1,15 @@
-use super::*;
-use crate::record::Folder;
-use crate::run::Run;
-use crate::scene::Scene;
-use crate::simulation::{Compute, Simulation};
-use std::io::Write;
+//! Files of LCPs: their bits, damage in them, those of other programs, and which a run saves.
+
+use relcp::lcp::{Stored, velocity};
+use relcp::record::{
+    Folder, LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp, encode, encode_lcp, read_lcp,
+};
+use relcp::run::Run;
+use relcp::{Compute, Scene, Simulation, State};
+use std::io::{Cursor, Write};
 use std::time::Duration;
-use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
 
 /// Two rows between three bodies, with numbers that a decimal or narrower form would lose.
 fn lcp(unknowns: usize) -> Stored {
@@ -74,7 +77,7 @@ fn every_damaged_byte_and_every_cut_is_found() {
     }
     assert!(matches!(decode_lcp(b"a text"), Err(LcpFileError::NotAnLcp(_))));
     assert!(matches!(decode_lcp(&[]), Err(LcpFileError::NotAnLcp(_))));
-    let state = crate::record::encode(&crate::step::State::default(), "0123456789abcdef", 0.0, None).unwrap();
+    let state = encode(&State::default(), "0123456789abcdef", 0.0, None).unwrap();
     let refused = decode_lcp(&state).unwrap_err();
     assert_eq!(refused, LcpFileError::NotAnLcp("it is a `relcp-state`".into()));
     let newer = LcpHeader { version: 2, ..header() };
@@ -223,7 +226,7 @@ fn a_run_saves_what_its_scene_asks_for() {
     for (name, lcp, header) in &all {
         assert!(lcp.residual(&lcp.gamma) <= header.tolerance, "{name}");
         let problem = lcp.problem::<6>().unwrap();
-        assert_eq!(crate::lcp::velocity(&problem, &lcp.gamma).into_flattened(), lcp.velocity, "{name}");
+        assert_eq!(velocity(&problem, &lcp.gamma).into_flattened(), lcp.velocity, "{name}");
         assert_eq!((header.solver.as_str(), header.status.as_str()), ("auto", "solved"));
         assert_eq!((header.scene.as_str(), header.precision.as_str()), ("three-capsules", "f64"));
     }

@@ -9,6 +9,7 @@ mod random_bodies;
 mod refusals;
 mod round_trips;
 mod schema;
+mod warnings;
 
 use relcp::bodies::Bodies;
 use relcp::scene::{Generate, Scene, SceneError};

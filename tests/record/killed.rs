@@ -1,6 +1,5 @@
 //! Runs that are killed at any moment (`kill -9`) and taken up again end in the same bits as one that was left alone.
 //! `RELCP_KILLS=20` kills each of them so many times in place of a few.
-#![allow(clippy::unwrap_used)]
 
 use assert_cmd::cargo::cargo_bin;
 use rand::{RngExt, SeedableRng};
