@@ -104,8 +104,8 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
 
 /// Writes which steps were repeated.
 fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let Retried { in_pieces, most_pieces, by_cpu, squeezed, turned_less, with_waiting_cells, relaxed_solves, .. } =
-        s.retried;
+    let Retried { in_pieces, most_pieces, by_cpu, squeezed, turned_less, shaken, .. } = s.retried;
+    let Retried { with_waiting_cells, relaxed_solves, .. } = s.retried;
     if relaxed_solves > 0 {
         writeln!(out, "  {relaxed_solves} solves with contradictory constraints, solved for the smallest overlap")?;
     }
@@ -126,6 +126,13 @@ fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         writeln!(
             out,
             "  in {turned_less} of {} steps, daughters had no room to turn as they drew, and turned less",
+            s.steps
+        )?;
+    }
+    if shaken > 0 {
+        writeln!(
+            out,
+            "  in {shaken} of {} steps, cells pressed each other and found a way out only after a small random move",
             s.steps
         )?;
     }
