@@ -106,7 +106,7 @@ fn the_correlation_of_a_twisted_row_is_that_of_its_twist() {
         assert_eq!(value(&one, "correlation", "correlation_references"), Some(10.0));
         assert_eq!(value(&one, "correlation", "correlation_pairs"), Some(10.0 * 399.0));
         assert_near(value(&one, "correlation", "correlation_length"), expected, 0.01);
-        assert!(one.remark.as_ref().unwrap().contains("10 bodies of 400, drawn by seed 1"));
+        assert!(one.remark.as_ref().unwrap().contains("10 bodies of 400, selected by seed 1"));
         assert_eq!(one, sampled(1));
         assert_ne!(one.rows, other.rows);
     }

@@ -214,16 +214,16 @@ class StepReport:
         """Whether bodies overlapped too deeply for the step and were separated before it, without advancing time."""
 
     @property
-    def shaken(self) -> int:
-        """Pieces before which cells that pressed each other and found no way out were moved by a draw."""
-
-    @property
     def squeezed(self) -> int:
         """Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time."""
 
     @property
     def turned_less(self) -> int:
         """Pieces in which daughters turned less than they drew, as there was no room."""
+
+    @property
+    def shaken(self) -> int:
+        """Pieces before which cells that pressed each other and found no way out were moved by a draw."""
 
     @property
     def waiting(self) -> int:
