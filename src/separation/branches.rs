@@ -70,6 +70,7 @@ pub(crate) const RING_ROUNDING: f64 = 1e-10;
 pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// Whether a contact's number is that of a branch of smooth surfaces.
+#[cfg(any(feature = "files", test))]
 pub fn is_branch(feature: u32) -> bool {
     feature == WHOLE || feature & BRANCH != 0
 }

@@ -21,7 +21,9 @@ mod cells;
 pub(crate) mod one_or_list;
 mod settings;
 
-pub use cells::{Cells, Due, Species};
+#[cfg(feature = "gpu")]
+pub(crate) use cells::Due;
+pub use cells::{Cells, Species};
 pub(crate) use settings::MOST_LENGTH_NOISE;
 pub use settings::{DivisionRule, Growth, OnNoRoom, Stop, StopReason};
 
