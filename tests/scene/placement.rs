@@ -157,7 +157,7 @@ fn a_box_beside_the_origin_is_refused_at_once_in_words() {
             "{said}"
         );
         assert!(
-            said.contains("of the walls")
+            said.contains("inside the walls")
                 && refused.help_text().unwrap().contains("`center` to the middle of the walls"),
             "{said}"
         );
