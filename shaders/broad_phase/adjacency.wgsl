@@ -1,5 +1,5 @@
 // Brings the two entries of every pair to their places in the lists of its bodies.
-struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
+struct Parameters { count: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> first: array<u32>;
@@ -15,7 +15,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let k = invocation(group, groups, local);
-    if k >= parameters.pairs { return; }
+    if k >= parameters.count { return; }
     let body = found[k];
     let entry = entries[k];
     let later = entry / 2u >= first[body];

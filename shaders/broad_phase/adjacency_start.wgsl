@@ -2,7 +2,7 @@
 // in the list.
 //
 // The list of a body ascends: pairs that earlier bodies found, its own, pairs that later bodies found.
-struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
+struct Parameters { bodies: u32, pairs: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> first: array<u32>;
 // Sorted by the body that was found, then by pair.

@@ -1,5 +1,5 @@
 // Brings pairs to their places in the order that they were sorted into.
-struct Parameters { pairs: u32, unused_0: u32, unused_1: u32, unused_2: u32 }
+struct Parameters { count: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> found: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> places: array<u32>;
@@ -12,6 +12,6 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let k = invocation(group, groups, local);
-    if k >= parameters.pairs { return; }
+    if k >= parameters.count { return; }
     pairs[k] = found[places[k]];
 }

@@ -1,6 +1,6 @@
 // The size class of every box, zero for a box that touches nothing, and the survey of all classes. The result does not
 // depend on the order of its atomics.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
+struct Parameters { bodies: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
 @group(0) @binding(2) var<storage, read> remainders: array<vec4r>;

@@ -1,6 +1,6 @@
 // The key that pairs are sorted by: one of their bodies. Sorted by the second body, then by the first, pairs stand in
 // an order that depends on nothing but which pairs there are.
-struct Parameters { pairs: u32, side: u32, unused_1: u32, unused_2: u32 }
+struct Parameters { count: u32, side: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 // Where every pair was found. The second body is the first key, so there is no order yet.
@@ -14,7 +14,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let k = invocation(group, groups, local);
-    if k >= parameters.pairs { return; }
+    if k >= parameters.count { return; }
     var place = k;
     if parameters.side == 0u { place = places[k]; }
     places[k] = place;

@@ -1,7 +1,7 @@
 // Copies the boxes into the order of their columns.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
+struct Parameters { bodies: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> bodies: array<u32>;
+@group(0) @binding(1) var<storage, read> members: array<u32>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
 @group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
 @group(0) @binding(4) var<storage, read> boxes: array<vec4r>;
@@ -17,8 +17,8 @@ fn main(
 ) {
     let p = invocation(group, groups, local);
     if p >= parameters.bodies { return; }
-    let i = bodies[p] & BODY_MASK;
-    sorted_cells[p] = vec4<i32>(cells[i].xyz, bitcast<i32>(bodies[p]));
+    let i = members[p] & BODY_MASK;
+    sorted_cells[p] = vec4<i32>(cells[i].xyz, bitcast<i32>(members[p]));
     sorted_remainders[p] = remainders[i];
     sorted_boxes[p] = boxes[i];
 }

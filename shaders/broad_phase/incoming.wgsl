@@ -1,5 +1,5 @@
 // For every pair, the body that was found in it, and its entry in that body's list.
-struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
+struct Parameters { count: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 // Where the pairs that a body found begin.
@@ -14,7 +14,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let k = invocation(group, groups, local);
-    if k >= parameters.pairs { return; }
+    if k >= parameters.count { return; }
     let pair = pairs[k];
     let side = select(0u, 1u, first[pair.x] <= k && k < first[pair.x + 1u]);
     found[k] = pair[side];

@@ -1,5 +1,5 @@
 // As wrap.wgsl, in a sheared cell: first across the gradient, then along the other axes.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
+struct Parameters { bodies: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
 @group(0) @binding(2) var<storage, read> remainders: array<vec4r>;

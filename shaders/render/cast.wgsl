@@ -2,11 +2,10 @@
 // nearer.
 
 struct Band {
-    // The first tile, and tiles in a row of the picture.
-    first: u32,
+    // The first tile, tiles in a row of the picture, and how many there are.
+    first_tile: u32,
     columns: u32,
     tiles: u32,
-    unused: u32,
 }
 
 // A body as the camera sees it.
@@ -81,7 +80,7 @@ fn main(
     if here >= band.tiles {
         return;
     }
-    let tile = band.first + here;
+    let tile = band.first_tile + here;
     let corner = vec2<u32>(tile % band.columns, tile / band.columns) * TILE;
     for (var s = local; s < TILE * TILE; s += WORKGROUP) {
         samples[here * TILE * TILE + s] = nearest(tile, corner.x + s % TILE, corner.y + s / TILE);

@@ -1,6 +1,8 @@
-//! Checks of assembled kernels, for tests: they are valid on every adapter, and no `switch` on a group of constants
-//! ([`Source::constants`]) forgets one of them, or takes a number that is none of them for one that is.
+//! Checks of assembled kernels, for tests: they are valid on every adapter, take the arguments that they are called
+//! with, and no `switch` on a group of constants ([`Source::constants`]) forgets one of them, or takes a number that is
+//! none of them for one that is.
 
+use super::function::Plan;
 use super::{Source, kernel};
 
 /// A `switch` of a kernel: the labels of its cases, and what its default does.
@@ -9,10 +11,13 @@ struct Switch {
     default: String,
 }
 
-/// Parses and validates a source, alone and merged for an ensemble, and checks its switches.
+/// Parses and validates a source, alone and merged for an ensemble, and checks its arguments and its switches.
 pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
     let module = kernel::validate(source)?;
     check_merged(source, &module)?;
+    if let Some(declaration) = source.declaration() {
+        Plan::of(&module, declaration)?;
+    }
     for switch in switches(source.code()) {
         for (name, group) in source.groups() {
             let has = |constant: &str| switch.labels.iter().any(|label| label == constant);

@@ -43,10 +43,10 @@ pub(super) struct Compiled {
 }
 
 /// A variable that is bound.
-struct Binding {
-    name: String,
+pub(super) struct Binding {
+    pub name: String,
     number: u32,
-    uniform: bool,
+    pub uniform: bool,
     read_only: bool,
     bytes: u64,
     /// Bytes from one element of an array to the next; zero for other types.
@@ -78,7 +78,8 @@ pub(super) fn check(
     validator.validate(module).map_err(|e| e.emit_to_string(code))
 }
 
-fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
+/// The bound variables of a module, in the order of their numbers.
+pub(super) fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
     let mut layouter = naga::proc::Layouter::default();
     layouter.update(module.to_ctx()).map_err(|e| e.to_string())?;
     let of = |variable: &naga::GlobalVariable| {
@@ -142,6 +143,10 @@ impl Kernel {
             runs,
             banked: Arc::default(),
         })
+    }
+
+    pub(super) fn module(&self) -> &naga::Module {
+        &self.module
     }
 
     /// Whether nobody else has this kernel of an ensemble.

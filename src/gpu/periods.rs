@@ -10,7 +10,8 @@
 //! gradient and along the direction at once, so that of integers that overflow only what is left counts: there are at
 //! most 2^19 periods, of 2^12 pitches or more each (`shaders/common/nearest_image_sheared.wgsl`).
 
-use super::{GpuError, Lattice, MOST_CELL, Source, fragment};
+use super::function::Member;
+use super::{GpuError, Lattice, MOST_CELL, Parameter, Source, fragment};
 
 /// Bits of a part. `n` times a part and what the next finer one carries into it fit 32 bits.
 const PART_BITS: i32 = 11;
@@ -216,6 +217,21 @@ impl LatticePeriods {
         bytes.resize(parameters.len().next_multiple_of(16), 0);
         bytes.extend_from_slice(bytemuck::bytes_of(&self.words()));
         bytes
+    }
+}
+
+/// Kernels of constant periods do without.
+impl Parameter for LatticePeriods {
+    fn names() -> &'static [&'static str] {
+        &["periods"]
+    }
+
+    fn kind() -> naga::ScalarKind {
+        naga::ScalarKind::Sint
+    }
+
+    fn write(&self, _: usize, to: Member<'_>) {
+        to.words(bytemuck::cast_slice(&self.words()));
     }
 }
 

@@ -28,6 +28,8 @@ pub struct Source {
     groups: Vec<(&'static str, Vec<&'static str>)>,
     precision: Precision,
     workgroup: u32,
+    #[cfg(test)]
+    declaration: Option<super::Declaration>,
 }
 
 const REAL_F32: &str = "alias real = f32;
@@ -65,6 +67,8 @@ impl Source {
             groups: Vec::new(),
             precision,
             workgroup,
+            #[cfg(test)]
+            declaration: None,
         };
         source.text.push_str(match precision {
             Precision::F32 => REAL_F32,
@@ -111,6 +115,19 @@ impl Source {
     #[cfg(test)]
     pub(super) fn groups(&self) -> &[(&'static str, Vec<&'static str>)] {
         &self.groups
+    }
+
+    /// Says which arguments the kernel is called with.
+    #[cfg(test)]
+    pub fn declared(mut self, declaration: super::Declaration) -> Self {
+        self.declaration = Some(declaration);
+        self
+    }
+
+    /// The arguments that the kernel is called with.
+    #[cfg(test)]
+    pub(super) fn declaration(&self) -> Option<&super::Declaration> {
+        self.declaration.as_ref()
     }
 
     /// Adds a constant of type `bool`.

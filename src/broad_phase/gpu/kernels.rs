@@ -1,7 +1,8 @@
 //! The kernels of the search.
 
-use super::{CROWDED, TOO_MANY};
-use crate::gpu::{Fragment, Kernel, Lattice, LatticePeriods, MOST_CELL, Precision, Source, fragment, kernels};
+use super::{Boxes, CROWDED, TOO_MANY};
+use crate::gpu::{Buffer, Fragment, Lattice, LatticePeriods, MOST_CELL, Precision, Source};
+use crate::gpu::{fragment, functions, kernels};
 
 /// Boxes that one body may look at. Mesa before version 23 ends loops after 65,535 rounds.
 const MOST_ROUNDS: u32 = 60_000;
@@ -22,28 +23,59 @@ pub(super) struct Space {
     pub changing: bool,
 }
 
+functions! {
+    pub(super) Wrap(WrapArgs {
+        bodies: u64, periods: LatticePeriods;
+        cells: Buffer, remainders: Buffer, wrapped_cells: Buffer, wrapped_remainders: Buffer,
+    });
+    pub(super) Classify(ClassifyArgs {
+        bodies: u64; cells: Buffer, remainders: Buffer, boxes: Buffer, classes: Buffer, survey: Buffer,
+    });
+    pub(super) Place(PlaceArgs {
+        bodies: u64, mask: u64;
+        cells: Buffer, classes: Buffer, survey: Buffer, columns: Buffer, members: Buffer, counts: Buffer,
+    });
+    pub(super) Gather(GatherArgs {
+        bodies: u64; members: Buffer, cells: Buffer, remainders: Buffer, boxes: Buffer, sorted: Boxes,
+    });
+    pub(super) Find(FindArgs {
+        bodies: u64, mask: u64, fill: bool, large: u64, periods: LatticePeriods;
+        sorted: Boxes, starts: Buffer, survey: Buffer, list: Buffer, pairs: Buffer, crowds: Buffer,
+    });
+    pub(super) Ends(EndsArgs { count: u64, side: u32; pairs: Buffer, places: Buffer, keys: Buffer });
+    pub(super) Arrange(ArrangeArgs { count: u64; found: Buffer, places: Buffer, pairs: Buffer });
+    pub(super) Starts(StartsArgs { bodies: u64, pairs: u64; keys: Buffer, first: Buffer });
+    pub(super) Incoming(IncomingArgs { count: u64; pairs: Buffer, first: Buffer, found: Buffer, entries: Buffer });
+    pub(super) AdjacencyStart(AdjacencyStartArgs {
+        bodies: u64, pairs: u64; first: Buffer, found: Buffer, entries: Buffer, starts: Buffer, own: Buffer,
+    });
+    pub(super) Adjacency(AdjacencyArgs {
+        count: u64; pairs: Buffer, first: Buffer, found: Buffer, entries: Buffer, own: Buffer, adjacency: Buffer,
+    });
+}
+
 kernels! {
     /// The kernels of the search.
     pub(super) struct Kernels for space: &Space {
         /// Where space is periodic.
-        wrap: Option<Kernel> = space.periods.as_ref().map(|periods| match periods.is_sheared() {
+        wrap: Option<Wrap> = space.periods.as_ref().map(|periods| match periods.is_sheared() {
             false => space.periodic(periods, fragment!("broad_phase/wrap.wgsl")),
             true => space.periodic(periods, fragment!("broad_phase/wrap_sheared.wgsl")),
         }),
-        classify: Kernel = space.open(fragment!("broad_phase/classify.wgsl")),
-        place: Kernel = space.open(fragment!("broad_phase/place.wgsl")),
-        gather: Kernel = space.open(fragment!("broad_phase/gather.wgsl")),
-        find: Kernel = match &space.periods {
+        classify: Classify = space.open(fragment!("broad_phase/classify.wgsl")),
+        place: Place = space.open(fragment!("broad_phase/place.wgsl")),
+        gather: Gather = space.open(fragment!("broad_phase/gather.wgsl")),
+        find: Find = match &space.periods {
             Some(periods) if periods.is_sheared() => space.around_sheared(periods),
             Some(periods) => space.periodic(periods, fragment!("broad_phase/find_periodic.wgsl")),
             None => space.open(fragment!("broad_phase/find.wgsl")),
         },
-        ends: Kernel = list(fragment!("broad_phase/ends.wgsl")),
-        arrange: Kernel = list(fragment!("broad_phase/arrange.wgsl")),
-        starts: Kernel = list(fragment!("broad_phase/starts.wgsl")),
-        incoming: Kernel = list(fragment!("broad_phase/incoming.wgsl")),
-        adjacency_start: Kernel = list(fragment!("broad_phase/adjacency_start.wgsl")),
-        adjacency: Kernel = list(fragment!("broad_phase/adjacency.wgsl")),
+        ends: Ends = list(fragment!("broad_phase/ends.wgsl")),
+        arrange: Arrange = list(fragment!("broad_phase/arrange.wgsl")),
+        starts: Starts = list(fragment!("broad_phase/starts.wgsl")),
+        incoming: Incoming = list(fragment!("broad_phase/incoming.wgsl")),
+        adjacency_start: AdjacencyStart = list(fragment!("broad_phase/adjacency_start.wgsl")),
+        adjacency: Adjacency = list(fragment!("broad_phase/adjacency.wgsl")),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::number::RING;
 use crate::gpu::Precision;
+use crate::gpu::function::{Member, Parameter};
 use crate::lcp::SolverKind;
 
 /// The most sums that one stage makes.
@@ -106,6 +107,37 @@ pub(super) struct Parameters {
     pub vectors: [u32; MOST_VECTORS / 4],
     /// Places of numbers, two in a word.
     pub numbers: [u32; MOST_NUMBERS / 2],
+}
+
+impl Parameter for Parameters {
+    fn names() -> &'static [&'static str] {
+        &[
+            "rows",
+            "pairs",
+            "bodies",
+            "stride",
+            "groups",
+            "looks",
+            "base",
+            "sums_from",
+            "sums_into",
+            "first",
+            "last",
+            "zero",
+            "vectors",
+            "numbers",
+        ]
+    }
+
+    fn kind() -> naga::ScalarKind {
+        naga::ScalarKind::Uint
+    }
+
+    fn write(&self, nth: usize, to: Member<'_>) {
+        let words: &[u32] = bytemuck::cast_slice(std::slice::from_ref(self));
+        let begin = if nth < 13 { nth } else { 12 + MOST_VECTORS / 4 };
+        to.words(&words[begin..]);
+    }
 }
 
 impl Parameters {
