@@ -1,9 +1,7 @@
 // Brings pairs to their places in the order that they were sorted into.
-struct Parameters { count: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> found: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> places: array<u32>;
-@group(0) @binding(3) var<storage, read_write> pairs: array<vec2<u32>>;
+var<storage, read> found: array<vec2<u32>>;
+var<storage, read> places: array<u32>;
+var<storage, read_write> pairs: array<vec2<u32>>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

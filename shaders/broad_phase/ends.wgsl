@@ -1,11 +1,9 @@
 // The key that pairs are sorted by: one of their bodies. Sorted by the second body, then by the first, pairs stand in
 // an order that depends on nothing but which pairs there are.
-struct Parameters { count: u32, side: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> found: array<vec2<u32>>;
 // Where every pair was found. The second body is the first key, so there is no order yet.
-@group(0) @binding(2) var<storage, read_write> places: array<u32>;
-@group(0) @binding(3) var<storage, read_write> keys: array<u32>;
+var<storage, read_write> places: array<u32>;
+var<storage, read_write> keys: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -18,5 +16,5 @@ fn main(
     var place = k;
     if parameters.side == 0u { place = places[k]; }
     places[k] = place;
-    keys[k] = pairs[place][parameters.side];
+    keys[k] = found[place][parameters.side];
 }

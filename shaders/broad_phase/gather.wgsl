@@ -1,13 +1,11 @@
 // Copies the boxes into the order of their columns.
-struct Parameters { bodies: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> members: array<u32>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> boxes: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> sorted_cells: array<vec4<i32>>;
-@group(0) @binding(6) var<storage, read_write> sorted_remainders: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> sorted_boxes: array<vec4r>;
+var<storage, read> members: array<u32>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> boxes: array<vec4r>;
+var<storage, read_write> sorted_cells: array<vec4<i32>>;
+var<storage, read_write> sorted_remainders: array<vec4r>;
+var<storage, read_write> sorted_boxes: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,12 +1,10 @@
 // The column of every body, and how many bodies each column has.
-struct Parameters { bodies: u32, mask: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> classes: array<u32>;
-@group(0) @binding(3) var<storage, read> survey: array<u32>;
-@group(0) @binding(4) var<storage, read_write> columns: array<u32>;
-@group(0) @binding(5) var<storage, read_write> members: array<u32>;
-@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> classes: array<u32>;
+var<storage, read> survey: array<u32>;
+var<storage, read_write> columns: array<u32>;
+var<storage, read_write> members: array<u32>;
+var<storage, read_write> counts: array<atomic<u32>>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

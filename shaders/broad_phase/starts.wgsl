@@ -1,9 +1,7 @@
 // Where the pairs of every first body begin, and where the last one's end.
-struct Parameters { bodies: u32, pairs: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
 // The first bodies of the pairs, ascending.
-@group(0) @binding(1) var<storage, read> keys: array<u32>;
-@group(0) @binding(2) var<storage, read_write> first: array<u32>;
+var<storage, read> keys: array<u32>;
+var<storage, read_write> first: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

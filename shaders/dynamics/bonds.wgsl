@@ -1,14 +1,11 @@
 // The loads of bonds on each body, beside those that are there: k (1 - l / |way|) way at the first point, the opposite
 // at the other. Bonds are summed in the order of their numbers.
 
-struct Parameters { bodies: u32, adds: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(6) var<storage, read> broken: array<u32>;
+var<storage, read> broken: array<u32>;
 // Where the entries of each body begin, where those of the last one end, and the entries: twice a bond's number, and
 // one more at its second body.
-@group(0) @binding(7) var<storage, read> incident: array<u32>;
-@group(0) @binding(8) var<storage, read_write> loads: array<vec4r>;
+var<storage, read> incident: array<u32>;
+var<storage, read_write> loads: array<vec4r>;
 
 fn pull_of(bond: u32, way: vec3r) -> vec3r {
     let stiffness = bonds[2u * bond].w;

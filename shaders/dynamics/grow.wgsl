@@ -1,13 +1,10 @@
 // Every growing body takes its end-of-step length. The length is kept as a coarse part and a fine one, as orientations
 // are, so that thousands of small increments add up.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read_write> shapes: array<vec4r>;
-@group(0) @binding(2) var<storage, read_write> lengths: array<vec2r>;
+var<storage, read_write> shapes: array<vec4r>;
+var<storage, read_write> lengths: array<vec2r>;
 // What each body grows by in a step, as a part of its length.
-@group(0) @binding(3) var<storage, read> growths: array<real>;
+var<storage, read> growths: array<real>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

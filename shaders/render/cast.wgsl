@@ -35,11 +35,11 @@ struct Sample {
     normal: vec2<f32>,
 }
 
-@group(0) @binding(0) var<uniform> band: Band;
-@group(0) @binding(1) var<storage, read> first: array<u32>;
-@group(0) @binding(2) var<storage, read> members: array<u32>;
-@group(0) @binding(3) var<storage, read> drawn: array<Drawn>;
-@group(0) @binding(4) var<storage, read_write> samples: array<Sample>;
+var<uniform> band: Band;
+var<storage, read> first: array<u32>;
+var<storage, read> members: array<u32>;
+var<storage, read> drawn: array<Drawn>;
+var<storage, read_write> samples: array<Sample>;
 
 fn nearest(tile: u32, x: u32, y: u32) -> Sample {
     var best = Sample(NOTHING, -MISS, vec2<f32>(0.0));

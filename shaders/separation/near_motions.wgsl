@@ -1,10 +1,7 @@
 // How far apart two bodies may be where first rows are made to be near: the cutoff, what is left of their free motion
 // against each other, and what both surfaces may move by as they turn.
 
-struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(6) var<storage, read> motions: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
 
 // What is left of a body's free velocity: of its centre, or of its turn.
 fn left_of(body: u32, part: u32) -> vec3r {

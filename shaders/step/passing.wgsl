@@ -2,15 +2,12 @@
 // against each other for it, and their centres come so near on the way that the bodies could be that deep in each
 // other. src/step/passing.rs has the rule; what it finds by this is a pair of these.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(5) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> report: Report;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> report: Report;
 
 // Sizes do not depend on how a body is turned.
 fn unturned(body: u32) -> Placed {

@@ -15,8 +15,8 @@ struct Switch {
 pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
     let module = kernel::validate(source)?;
     check_merged(source, &module)?;
-    if let Some(declaration) = source.declaration() {
-        Plan::of(&module, declaration)?;
+    if !source.arguments().is_empty() {
+        Plan::of(&module, source.arguments())?;
     }
     for switch in switches(source.code()) {
         for (name, group) in source.groups() {

@@ -1,57 +1,100 @@
 //! Kernels that are called like functions, with a struct of their arguments (`functions!`).
 //!
-//! A kernel's WGSL declares its arrays and the members of its parameters, and each is an argument of that name. Where an
-//! argument is several arrays or values that belong together, such as the poses of bodies, the kernel takes those that
-//! it declares. Names and types are compared once, when the kernel is made: a call copies values to their places.
+//! A kernel's WGSL declares its arrays, and reads members of `parameters`, which are declared from the arguments alone
+//! ([`declared`]). Each is an argument of that name, or a part of one, such as the cells of poses: of an argument that
+//! has parts, a kernel takes those that it names. Names are looked up once, when the kernel is made. A call copies
+//! values to their places and binds arrays in theirs.
 
 use super::kernel::bindings;
 use super::recorder::Size;
 use super::{Buffer, Gpu, GpuError, Kernel, Recorder, Source};
-use naga::{Module, ScalarKind, TypeInner};
+use naga::{Module, TypeInner};
 use std::ops::Range;
 
-/// Arrays that belong together.
-pub trait Arrays {
-    /// Their names; an empty one is that of the argument. Where two arguments have a name, the plain one is the first's,
-    /// and `trial_cells` are the cells of the argument `trial`.
-    fn names() -> &'static [&'static str]
+/// What a kernel can be called with.
+pub trait Argument {
+    /// The arrays and values in it.
+    fn parts() -> Vec<Part>
     where
         Self: Sized;
 
-    /// The array of the nth name.
-    fn array(&self, nth: usize) -> &Buffer;
-}
-
-impl Arrays for Buffer {
-    fn names() -> &'static [&'static str] {
-        &[""]
+    /// An array in it.
+    fn array(&self, _nth: usize) -> Option<&Buffer> {
+        None
     }
 
-    fn array(&self, _: usize) -> &Buffer {
-        self
+    /// Writes a value in it.
+    fn write(&self, _nth: usize, _to: Member<'_>) {}
+}
+
+/// An array in an argument, or a value.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its name, empty for that of the argument.
+    name: &'static str,
+    /// The same behind the argument's name: several arguments may have cells.
+    full: String,
+    /// The WGSL type of a value; empty for an array.
+    value: &'static str,
+    nth: usize,
+    /// Whether the kernel has to take it: it is all of an argument.
+    whole: bool,
+}
+
+/// Parts of these names, which are values of WGSL types, or arrays where the type is empty.
+pub fn parts(of: &[(&'static str, &'static str)]) -> Vec<Part> {
+    let part = |(nth, (name, value)): (usize, &(&'static str, &'static str))| {
+        let whole = name.is_empty();
+        Part { name, full: String::new(), value, nth, whole }
+    };
+    of.iter().enumerate().map(part).collect()
+}
+
+/// Fields of a struct of arguments at most.
+pub const MOST_FIELDS: usize = 32;
+
+/// The parts of a struct of arguments.
+pub fn joined(fields: Vec<(&'static str, Vec<Part>)>) -> Vec<Part> {
+    let joined = |(field, (argument, parts)): (usize, (&str, Vec<Part>))| {
+        let of_field = move |part: Part| {
+            let full = match (part.full.is_empty(), part.name) {
+                (true, "") => argument.to_owned(),
+                (true, name) => format!("{argument}_{name}"),
+                (false, _) => part.full.clone(),
+            };
+            let whole = part.whole && part.full.is_empty();
+            Part { full, whole, nth: field + MOST_FIELDS * part.nth, ..part }
+        };
+        parts.into_iter().map(of_field).collect::<Vec<_>>()
+    };
+    fields.into_iter().enumerate().flat_map(joined).collect()
+}
+
+/// The part that kernels know by a name.
+fn find<'p>(parts: &'p [Part], name: &str, is_value: bool) -> Result<&'p Part, String> {
+    let of_kind = || parts.iter().filter(|part| part.value.is_empty() != is_value);
+    let found = of_kind().find(|part| part.full == name).or_else(|| of_kind().find(|part| part.name == name));
+    found.ok_or(format!("{name} is no argument"))
+}
+
+/// The declaration of the `parameters` that a kernel's text reads; empty where it reads none or declares them.
+pub(super) fn declared(text: &str, parts: &[Part]) -> String {
+    let mut members: Vec<String> = Vec::new();
+    for read in text.split("parameters.").skip(1).filter(|_| !text.contains("var<uniform>")) {
+        let name = &read[..read.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(read.len())];
+        let Ok(part) = find(parts, name, true) else { continue };
+        let member = format!("{name}: {}", part.value);
+        if !members.contains(&member) {
+            members.push(member);
+        }
+    }
+    match members.is_empty() {
+        true => String::new(),
+        false => format!("struct Parameters {{ {} }}\nvar<uniform> parameters: Parameters;\n", members.join(", ")),
     }
 }
 
-/// A value of a kernel's parameters, or several that belong together.
-pub trait Parameter {
-    /// The names of its values, as of arrays.
-    fn names() -> &'static [&'static str]
-    where
-        Self: Sized,
-    {
-        &[""]
-    }
-
-    /// The kind of its numbers.
-    fn kind() -> ScalarKind
-    where
-        Self: Sized;
-
-    /// Writes the value of the nth name.
-    fn write(&self, nth: usize, to: Member<'_>);
-}
-
-/// The place of a value: its bytes, and those of each of its numbers.
+/// The place of a value among the parameters: its bytes, and those of each of its numbers.
 pub struct Member<'p> {
     bytes: &'p mut [u8],
     width: usize,
@@ -74,77 +117,86 @@ impl Member<'_> {
     }
 }
 
-/// Counts and flags are `u32` in kernels.
-macro_rules! word {
-    ($($Of:ty),*) => {$(
-        impl Parameter for $Of {
-            fn kind() -> ScalarKind {
-                ScalarKind::Uint
+impl Argument for Buffer {
+    fn parts() -> Vec<Part> {
+        parts(&[("", "")])
+    }
+
+    fn array(&self, _: usize) -> Option<&Buffer> {
+        Some(self)
+    }
+}
+
+impl<T: Argument> Argument for &T {
+    fn parts() -> Vec<Part> {
+        T::parts()
+    }
+
+    fn array(&self, nth: usize) -> Option<&Buffer> {
+        (**self).array(nth)
+    }
+
+    fn write(&self, nth: usize, to: Member<'_>) {
+        (**self).write(nth, to);
+    }
+}
+
+/// What only some kernels of a field of a table take; not taken where it is none.
+impl<T: Argument> Argument for Option<T> {
+    fn parts() -> Vec<Part> {
+        T::parts().into_iter().map(|part| Part { whole: false, ..part }).collect()
+    }
+
+    fn write(&self, nth: usize, to: Member<'_>) {
+        if let Some(value) = self {
+            value.write(nth, to);
+        }
+    }
+}
+
+macro_rules! value {
+    ($($Of:ty: $wgsl:literal = $write:ident($value:expr);)*) => {$(
+        impl Argument for $Of {
+            fn parts() -> Vec<Part> {
+                parts(&[("", $wgsl)])
             }
 
             fn write(&self, _: usize, to: Member<'_>) {
-                to.words(&[*self as u32]);
+                let write: fn(&$Of) -> _ = $value;
+                to.$write(&write(self));
             }
         }
     )*};
 }
-word!(u32, u64, usize, bool);
-
-impl Parameter for f64 {
-    fn kind() -> ScalarKind {
-        ScalarKind::Float
-    }
-
-    fn write(&self, _: usize, to: Member<'_>) {
-        to.reals(&[*self]);
-    }
+value! {
+    u32: "u32" = words(|word| [*word]);
+    u64: "u32" = words(|count| [*count as u32]);
+    usize: "u32" = words(|count| [*count as u32]);
+    bool: "u32" = words(|flag| [u32::from(*flag)]);
+    f32: "f32" = reals(|number| [f64::from(*number)]);
+    f64: "real" = reals(|number| [*number]);
+    [f64; 3]: "vec3r" = reals(|vector| *vector);
+    [u32; 8]: "array<vec4<u32>, 2>" = words(|words| *words);
+    [u32; 16]: "array<vec4<u32>, 4>" = words(|words| *words);
 }
 
-/// An argument's name, and the names of its parts.
-pub type Argument = (&'static str, &'static [&'static str]);
-
-/// The arguments of a function.
-#[derive(Clone, Debug)]
-pub struct Declaration {
-    pub parameters: Vec<(Argument, ScalarKind)>,
-    pub arrays: Vec<Argument>,
-}
-
-/// A part of an argument, both by their numbers.
-type Part = (usize, usize);
-
-/// Where the arguments of a function belong.
+/// Where arguments belong.
 #[derive(Default)]
 pub(super) struct Plan {
     /// Bytes of the parameters.
     bytes: usize,
     /// Of each member of the parameters its part, its bytes and those of each number in it.
-    members: Vec<(Part, Range<usize>, usize)>,
+    members: Vec<(usize, Range<usize>, usize)>,
     /// Of each array, in the order of bindings.
-    arrays: Vec<Part>,
+    arrays: Vec<usize>,
 }
 
-/// The part that a variable is.
-fn part(arguments: impl Iterator<Item = Argument> + Clone, variable: &str) -> Option<Part> {
-    let find = |is: &dyn Fn(&str, &str) -> bool| {
-        let of = |(argument, (name, parts)): (usize, Argument)| {
-            parts.iter().position(|part| is(name, part)).map(|nth| (argument, nth))
-        };
-        arguments.clone().enumerate().find_map(of)
-    };
-    let full = |name: &str, part: &str| match part {
-        "" => name == variable,
-        _ => variable.strip_prefix(name).and_then(|rest| rest.strip_prefix('_')) == Some(part),
-    };
-    find(&full).or_else(|| find(&|_, part| part == variable))
-}
-
-/// The kind and the bytes of the numbers that a type is made of.
-fn numbers(module: &Module, inner: &TypeInner) -> Option<(ScalarKind, usize)> {
+/// The bytes of each number that a type is made of.
+fn width(module: &Module, inner: &TypeInner) -> usize {
     match inner {
-        TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } => Some((scalar.kind, scalar.width.into())),
-        TypeInner::Array { base, .. } => numbers(module, &module.types[*base].inner),
-        _ => None,
+        TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } => scalar.width.into(),
+        TypeInner::Array { base, .. } => width(module, &module.types[*base].inner),
+        _ => 0,
     }
 }
 
@@ -152,45 +204,41 @@ impl Plan {
     /// Of a validated kernel.
     ///
     /// # Errors
-    /// The name of what the kernel or the function does not have, or has as something else.
-    pub fn of(module: &Module, declaration: &Declaration) -> Result<Plan, String> {
-        let Declaration { parameters, arrays } = declaration;
+    /// The name of what is in the kernel or among the arguments alone.
+    pub fn of(module: &Module, parts: &[Part]) -> Result<Plan, String> {
         let mut plan = Plan::default();
         for binding in bindings(module)? {
-            let name = &binding.name;
-            if binding.uniform {
-                plan.parameters(module, declaration)?;
+            if !binding.uniform {
+                plan.arrays.push(find(parts, &binding.name, false)?.nth);
                 continue;
             }
-            let part = part(arrays.iter().copied(), name).ok_or(format!("its array {name} is no argument"))?;
-            plan.arrays.push(part);
+            let TypeInner::Struct { members, span } = &module.types[binding.ty].inner else {
+                return Err("its parameters are no struct".into());
+            };
+            plan.bytes = *span as usize;
+            for member in members {
+                let part = find(parts, member.name.as_deref().unwrap_or_default(), true)?;
+                let (inner, begin) = (&module.types[member.ty].inner, member.offset as usize);
+                let bytes = begin..begin + inner.size(module.to_ctx()) as usize;
+                plan.members.push((part.nth, bytes, width(module, inner)));
+            }
         }
-        let taken = |nth: usize| plan.members.iter().any(|(part, ..)| part.0 == nth);
-        let unused = (0..).zip(parameters).find(|(nth, ((_, parts), _))| parts[0].is_empty() && !taken(*nth));
-        let bound = |nth: usize| plan.arrays.iter().any(|part| part.0 == nth);
-        let idle = (0..).zip(arrays).find(|(nth, (_, parts))| parts[0].is_empty() && !bound(*nth));
-        match unused.map(|(_, ((name, _), _))| name).or(idle.map(|(_, (name, _))| name)) {
-            Some(name) => Err(format!("it takes no argument {name}")),
+        let taken = |part: &Part| match part.value {
+            "" => plan.arrays.contains(&part.nth),
+            _ => plan.members.iter().any(|(nth, ..)| *nth == part.nth),
+        };
+        match parts.iter().find(|part| part.whole && !taken(part)) {
+            Some(part) => Err(format!("it takes no {}", part.full)),
             None => Ok(plan),
         }
     }
 
-    fn parameters(&mut self, module: &Module, Declaration { parameters, .. }: &Declaration) -> Result<(), String> {
-        let uniform = module.global_variables.iter().find(|(_, v)| v.space == naga::AddressSpace::Uniform);
-        let Some(TypeInner::Struct { members, span }) = uniform.map(|(_, v)| &module.types[v.ty].inner) else {
-            return Err("its parameters are no struct".into());
-        };
-        self.bytes = *span as usize;
-        for member in members {
-            let (name, inner) = (member.name.as_deref().unwrap_or_default(), &module.types[member.ty].inner);
-            let part = part(parameters.iter().map(|(argument, _)| *argument), name);
-            let part = part.ok_or(format!("its parameter {name} is no argument"))?;
-            let numbers = numbers(module, inner).filter(|(kind, _)| *kind == parameters[part.0].1);
-            let (_, width) = numbers.ok_or(format!("its parameter {name} has another type than the argument"))?;
-            let begin = member.offset as usize;
-            self.members.push((part, begin..begin + inner.size(module.to_ctx()) as usize, width));
+    fn encode(&self, arguments: &dyn Argument) -> Vec<u8> {
+        let mut bytes = vec![0; self.bytes];
+        for (nth, range, width) in &self.members {
+            arguments.write(*nth, Member { bytes: &mut bytes[range.clone()], width: *width });
         }
-        Ok(())
+        bytes
     }
 }
 
@@ -201,41 +249,30 @@ pub struct Function {
 }
 
 impl Function {
-    /// Compiles a source that has a declaration.
+    /// Compiles a source that says what it is called with.
     ///
     /// # Errors
     /// [`GpuError::Kernel`] with the place in the source, or with the name of what is no argument.
-    pub fn new(gpu: &Gpu, source: &Source, declaration: &Declaration) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, source: &Source) -> Result<Self, GpuError> {
         let kernel = Kernel::new(gpu, source)?;
         let refused = |message| GpuError::Kernel { kernel: source.name().to_owned(), message };
-        let plan = Plan::of(kernel.module(), declaration).map_err(refused)?;
+        let plan = Plan::of(kernel.module(), source.arguments()).map_err(refused)?;
         Ok(Function { kernel, plan })
     }
 
     /// Records a call.
-    pub fn call(
-        &self,
-        record: &mut Recorder<'_>,
-        size: Size<'_>,
-        parameters: &[&dyn Parameter],
-        arrays: &[&dyn Arrays],
-    ) {
-        let mut bytes = vec![0; self.plan.bytes];
-        for ((argument, nth), range, width) in &self.plan.members {
-            parameters[*argument].write(*nth, Member { bytes: &mut bytes[range.clone()], width: *width });
-        }
-        let array = |(argument, nth): &Part| arrays[*argument].array(*nth);
-        let buffers: Vec<&Buffer> = self.plan.arrays.iter().map(array).collect();
-        record.dispatch(&self.kernel, &bytes, &buffers, size);
+    pub fn call(&self, record: &mut Recorder<'_>, size: Size<'_>, arguments: &dyn Argument) {
+        let buffers: Vec<&Buffer> = self.plan.arrays.iter().filter_map(|nth| arguments.array(*nth)).collect();
+        record.run(&self.kernel, &self.plan.encode(arguments), &buffers, size);
     }
 }
 
-/// Declares kernels with their arguments: parameters, and arrays behind them.
+/// Declares kernels with what they are called with:
 ///
 /// ```ignore
 /// functions! {
 ///     /// Sets the motions of fixed bodies to zero.
-///     pub(super) Hold(HoldArgs { bodies: u64; is_fixed: Buffer, motions: Buffer });
+///     pub(super) Hold = struct HoldArgs<'a> { bodies: u64, is_fixed: &'a Buffer, motions: &'a Motions }
 /// }
 ///
 /// hold.call(record, bodies, HoldArgs { bodies, is_fixed: &self.flags, motions });
@@ -243,26 +280,16 @@ impl Function {
 macro_rules! functions {
     ($(
         $(#[$doc:meta])*
-        $visible:vis $Kernel:ident($Args:ident { $($parameter:ident: $P:ty),*; $($array:ident: $A:ty),* $(,)? });
+        $visible:vis $Kernel:ident = struct $Args:ident<$life:lifetime> { $($field:ident: $T:ty),* $(,)? }
     )*) => {$(
         $(#[$doc])*
         $visible struct $Kernel($crate::gpu::Function);
 
-        /// What it is called with.
-        $visible struct $Args<'a> {
-            $(pub $parameter: $P,)*
-            $(pub $array: &'a $A,)*
+        $crate::gpu::arguments! {
+            $visible struct $Args<$life> { $($field: $T,)* }
         }
 
         impl $Kernel {
-            fn declaration() -> $crate::gpu::Declaration {
-                use $crate::gpu::{Arrays, Parameter};
-                $crate::gpu::Declaration {
-                    parameters: vec![$(((stringify!($parameter), <$P>::names()), <$P>::kind())),*],
-                    arrays: vec![$((stringify!($array), <$A>::names())),*],
-                }
-            }
-
             /// Records a call of so many invocations.
             $visible fn call<'s>(
                 &self,
@@ -270,7 +297,11 @@ macro_rules! functions {
                 size: impl Into<$crate::gpu::Size<'s>>,
                 arguments: $Args<'_>,
             ) {
-                self.0.call(record, size.into(), &[$(&arguments.$parameter),*], &[$(arguments.$array),*]);
+                self.0.call(record, size.into(), &arguments);
+            }
+
+            fn declared(source: $crate::gpu::Source) -> $crate::gpu::Source {
+                source.called_with(<$Args<'_> as $crate::gpu::Argument>::parts())
             }
         }
 
@@ -278,30 +309,68 @@ macro_rules! functions {
             type From<'a> = $crate::gpu::Source;
 
             fn make(gpu: &$crate::gpu::Gpu, from: $crate::gpu::Source) -> Result<Self, $crate::gpu::GpuError> {
-                Ok($Kernel($crate::gpu::Function::new(gpu, &from, &$Kernel::declaration())?))
+                Ok($Kernel($crate::gpu::Function::new(gpu, &$Kernel::declared(from))?))
             }
 
             #[cfg(test)]
             fn sources(from: $crate::gpu::Source) -> Vec<$crate::gpu::Source> {
-                vec![from.declared($Kernel::declaration())]
+                vec![$Kernel::declared(from)]
             }
         }
     )*};
 }
 pub(crate) use functions;
 
-/// Says which fields of a struct are arrays that kernels know, by these names or by others:
-/// `arrays!(Poses { cells, places: cells })`.
-macro_rules! arrays {
-    ($Of:ty { $($name:ident $(: $field:ident)?),* $(,)? }) => {
-        impl $crate::gpu::Arrays for $Of {
-            fn names() -> &'static [&'static str] {
-                &[$(stringify!($name)),*]
+/// Declares a struct whose fields are arguments of kernels.
+macro_rules! arguments {
+    (
+        $(#[$about:meta])*
+        $visible:vis struct $Of:ident $(<$life:lifetime>)? { $($(#[$doc:meta])* $field:ident: $T:ty),* $(,)? }
+    ) => {
+        $(#[$about])*
+        $visible struct $Of $(<$life>)? {
+            $($(#[$doc])* pub $field: $T,)*
+        }
+
+        impl $(<$life>)? $crate::gpu::Argument for $Of $(<$life>)? {
+            fn parts() -> Vec<$crate::gpu::function::Part> {
+                use $crate::gpu::Argument;
+                $crate::gpu::function::joined(vec![$((stringify!($field), <$T as Argument>::parts())),*])
             }
 
-            fn array(&self, nth: usize) -> &$crate::gpu::Buffer {
-                [$($crate::gpu::arrays!(@ self $name $($field)?)),*][nth]
+            fn array(&self, nth: usize) -> Option<&$crate::gpu::Buffer> {
+                use $crate::gpu::function::MOST_FIELDS;
+                let fields: &[&dyn $crate::gpu::Argument] = &[$(&self.$field),*];
+                fields[nth % MOST_FIELDS].array(nth / MOST_FIELDS)
             }
+
+            fn write(&self, nth: usize, to: $crate::gpu::function::Member<'_>) {
+                use $crate::gpu::function::MOST_FIELDS;
+                let fields: &[&dyn $crate::gpu::Argument] = &[$(&self.$field),*];
+                fields[nth % MOST_FIELDS].write(nth / MOST_FIELDS, to);
+            }
+        }
+    };
+}
+pub(crate) use arguments;
+
+/// Says which fields of a struct are arrays that kernels know, by these names or by others, and behind them which are
+/// counts: `arrays!(Lists { pairs, start: adjacency_start; pairs: pairs_count })`.
+macro_rules! arrays {
+    ($Of:ty { $($name:ident $(: $field:ident)?),* $(,)? $(; $($value:ident: $of:ident),*)? }) => {
+        impl $crate::gpu::Argument for $Of {
+            fn parts() -> Vec<$crate::gpu::function::Part> {
+                let arrays = $crate::gpu::function::parts(&[$((stringify!($name), "")),*]);
+                [arrays, $($crate::gpu::function::parts(&[$((stringify!($value), "u32")),*]))?].concat()
+            }
+
+            fn array(&self, nth: usize) -> Option<&$crate::gpu::Buffer> {
+                [$($crate::gpu::arrays!(@ self $name $($field)?)),*].get(nth).copied()
+            }
+
+            $(fn write(&self, nth: usize, to: $crate::gpu::function::Member<'_>) {
+                to.words(&[[$(self.$of as u32),*][nth]]);
+            })?
         }
     };
     (@ $of:ident $name:ident) => { &$of.$name };
@@ -314,49 +383,57 @@ mod tests {
     use super::*;
     use crate::gpu::{Precision, validate};
 
+    struct Poses([Buffer; 2]);
+
+    impl Argument for Poses {
+        fn parts() -> Vec<Part> {
+            parts(&[("cells", ""), ("before", ""), ("by", "real"), ("bodies", "u32")])
+        }
+
+        fn array(&self, nth: usize) -> Option<&Buffer> {
+            self.0.get(nth)
+        }
+    }
+
+    arguments! {
+        struct Scale<'a> { bodies: u64, start: &'a Poses, trial: &'a Poses, by: Option<f64> }
+    }
+
     const TEXT: &str = "
-        struct Parameters { n: u32, by: real }
-        @group(0) @binding(0) var<uniform> parameters: Parameters;
-        @group(0) @binding(1) var<storage, read> from: array<real>;
-        @group(0) @binding(2) var<storage, read_write> into: array<real>;
+        var<storage, read> before: array<real>;
+        var<storage, read_write> trial_cells: array<real>;
         @compute @workgroup_size(WORKGROUP)
         fn main(@builtin(local_invocation_index) i: u32) {
-            if i < parameters.n { into[i] = parameters.by * from[i]; }
+            if i < parameters.bodies { trial_cells[i] = parameters.by * before[i]; }
         }";
 
-    fn check(parameters: &[(&'static str, ScalarKind)], arrays: &[&'static str]) -> Result<(), String> {
-        let plain: &[&str] = &[""];
-        let declaration = Declaration {
-            parameters: parameters.iter().map(|(name, kind)| ((*name, plain), *kind)).collect(),
-            arrays: arrays.iter().map(|name| (*name, plain)).collect(),
-        };
-        validate(&Source::new("scale", Precision::F32).text(TEXT).declared(declaration)).map(|_| ())
+    fn plan(precision: Precision, text: &str, parts: Vec<Part>) -> Result<Plan, String> {
+        let source = Source::new("scale", precision).text(text).called_with(parts);
+        Plan::of(&validate(&source)?, source.arguments())
     }
 
     #[test]
-    fn a_function_takes_what_its_kernel_declares() {
-        let (n, by) = (("n", ScalarKind::Uint), ("by", ScalarKind::Float));
-        check(&[by, n], &["into", "from"]).unwrap();
-        for (parameters, arrays, what) in [
-            (&[n, by][..], &["from"][..], "its array into is no argument"),
-            (&[n], &["from", "into"], "its parameter by is no argument"),
-            (&[n, by], &["from", "into", "more"], "it takes no argument more"),
-            (&[n, by, ("most", ScalarKind::Uint)], &["from", "into"], "it takes no argument most"),
-            (&[("n", ScalarKind::Float), by], &["from", "into"], "its parameter n has another type than the argument"),
-        ] {
-            assert_eq!(check(parameters, arrays).unwrap_err(), what);
+    fn a_kernel_takes_what_it_names() {
+        // The second argument's first array, and the first argument's second one.
+        let places = |argument: usize, part: usize| argument + MOST_FIELDS * part;
+        for (precision, offset) in [(Precision::F32, 4), (Precision::F64, 8)] {
+            let plan = plan(precision, TEXT, Scale::parts()).unwrap();
+            assert_eq!(plan.arrays, [places(1, 1), places(2, 0)]);
+            let by = (places(3, 0), offset..offset + precision.bytes(), precision.bytes());
+            assert_eq!(plan.members, [(places(0, 0), 0..4, 4), by]);
+            let mut member = [0; 8];
+            0.1.write(0, Member { bytes: &mut member[..precision.bytes()], width: precision.bytes() });
+            assert_eq!(member[..precision.bytes()], precision.encode([0.1]));
         }
     }
 
     #[test]
-    fn a_variable_is_the_part_of_an_argument() {
-        let poses: &[&str] = &["cells", "twists"];
-        let arguments = [("start", poses), ("trial", poses), ("boxes", &[""])];
-        let part = |name| part(arguments.iter().copied(), name);
-        assert_eq!(
-            ["cells", "start_twists", "trial_cells", "boxes"].map(part),
-            [Some((0, 0)), Some((0, 1)), Some((1, 0)), Some((2, 0)),]
-        );
-        assert_eq!(["trial", "boxes_cells", "trialcells"].map(part), [None; 3]);
+    fn what_a_kernel_or_its_arguments_alone_have_is_refused() {
+        let refused = |text: &str, parts| plan(Precision::F32, text, parts).err().unwrap_or_default();
+        assert_eq!(refused(&TEXT.replace("trial_cells", "cell"), Scale::parts()), "cell is no argument");
+        assert!(refused(&TEXT.replace("parameters.by", "parameters.to"), Scale::parts()).contains("`to`"));
+        let more = [Scale::parts(), joined(vec![("more", Buffer::parts())])].concat();
+        assert_eq!(refused(TEXT, more), "it takes no more");
+        assert_eq!(refused(&TEXT.replace("parameters.bodies", "1u"), Scale::parts()), "it takes no bodies");
     }
 }

@@ -68,7 +68,7 @@ pub use device::Gpu;
 pub use ensemble::{Ensemble, Rounds};
 pub use error::GpuError;
 #[cfg(feature = "gpu")]
-pub(crate) use function::{Arrays, Declaration, Function, Parameter, arrays, functions};
+pub(crate) use function::{Argument, Function, arguments, arrays, functions};
 #[cfg(feature = "gpu")]
 pub(crate) use kernel::Kernel;
 #[cfg(feature = "gpu")]
@@ -80,7 +80,7 @@ pub(crate) use periods::LatticePeriods;
 pub use precision::Precision;
 pub use profile::{BufferUse, Counters, PipelineReport, Profile, StageUse};
 #[cfg(feature = "gpu")]
-pub(crate) use recorder::{Bound, Recorder, Size};
+pub(crate) use recorder::{Recorder, Size};
 #[cfg(feature = "gpu")]
 pub(crate) use scan::Scan;
 #[cfg(feature = "gpu")]

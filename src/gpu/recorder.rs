@@ -26,9 +26,6 @@ pub(super) struct Staging {
     read: Option<wgpu::Buffer>,
 }
 
-/// A buffer, and the variable of a kernel that it is bound to.
-pub type Bound<'a> = (&'static str, &'a Buffer);
-
 /// How many invocations a dispatch has.
 #[derive(Clone, Copy)]
 pub enum Size<'a> {
@@ -103,49 +100,34 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Dispatches at least `threads` invocations of a kernel whose buffers are told by name; no invocation where
-    /// `threads` is zero. All kernels of this crate but those of tests are called as functions (`super::function`).
-    ///
-    /// `buffers` names each storage variable of the kernel once. A missing or unknown name, elements of another size, a
+    /// Dispatches a kernel, with buffers in the order of its bindings. Too few of them, elements of another size, a
     /// buffer that is too small and parameters of another length are faults of the device: the next
     /// [`Recorder::submit`] returns them.
-    pub fn run(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[Bound<'_>], threads: u64) {
-        match kernel.in_order(parameters, buffers) {
-            Ok(buffers) => self.dispatch(kernel, parameters, &buffers, Size::Invocations(threads)),
-            Err(fault) => self.gpu.shared.fail(fault),
+    pub fn run<'s>(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], size: impl Into<Size<'s>>) {
+        let (groups, said) = match size.into() {
+            Size::Invocations(threads) => (threads.div_ceil(u64::from(kernel.workgroup)), None),
+            Size::Groups(groups) => (groups, None),
+            Size::Indirect { said, offset, expected } => (expected, Some((said, offset))),
+        };
+        if groups == 0 {
+            return;
         }
-    }
-
-    /// Dispatches a kernel, whose buffers are in the order of its bindings.
-    pub(super) fn dispatch(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], size: Size<'_>) {
-        let groups = match size {
-            Size::Invocations(threads) => threads.div_ceil(u64::from(kernel.workgroup)),
-            Size::Groups(groups) | Size::Indirect { expected: groups, .. } => groups,
-        };
         let rows = groups.div_ceil(MOST_GROUPS);
-        let grid = [groups.div_ceil(rows.max(1)) as u32, rows as u32];
-        let dispatched = match size {
-            Size::Invocations(_) | Size::Groups(_) if groups == 0 => return,
-            _ if self.gpu.member.is_some() => {
-                let said_at = match size {
-                    Size::Indirect { said, offset, .. } => said.part(offset..offset + 12),
-                    _ => None,
-                };
-                let said_at = said_at.map(|said| (said.start / 4) as u32);
-                return self.dispatch_as_member(kernel, parameters, buffers, (grid, said_at));
+        let grid = [groups.div_ceil(rows) as u32, rows as u32];
+        let dispatched = kernel.check_counts(parameters, buffers).and_then(|()| {
+            if self.gpu.member.is_some() {
+                return self.run_as_member(kernel, parameters, buffers, (grid, said));
             }
-            Size::Indirect { said, offset, .. } => self.bind(kernel, parameters, buffers).map(|()| {
-                if let Some(said) = said.own() {
-                    self.pass().dispatch_workgroups_indirect(said, offset);
-                }
-            }),
-            _ => self.bind(kernel, parameters, buffers).map(|()| {
-                self.pass().dispatch_workgroups(grid[0], grid[1], 1);
-            }),
-        };
-        match dispatched {
-            Ok(()) => self.divide(kernel, groups),
-            Err(fault) => self.gpu.shared.fail(fault),
+            self.bind(kernel, parameters, buffers)?;
+            match said.map(|(said, offset)| (said.own(), offset)) {
+                Some((said, offset)) => said.map(|said| self.pass().dispatch_workgroups_indirect(said, offset)),
+                None => Some(self.pass().dispatch_workgroups(grid[0], grid[1], 1)),
+            };
+            self.divide(kernel, groups);
+            Ok(())
+        });
+        if let Err(fault) = dispatched {
+            self.gpu.shared.fail(fault);
         }
     }
 
@@ -263,30 +245,27 @@ impl<'g> Recorder<'g> {
     }
 
     /// Keeps a dispatch of a member, whose numbers of workgroups may be said by words of the arena.
-    fn dispatch_as_member(
+    fn run_as_member(
         &mut self,
         kernel: &Kernel,
         parameters: &[u8],
         buffers: &[&Buffer],
-        (groups, said_at): ([u32; 2], Option<u32>),
-    ) {
+        (groups, said): ([u32; 2], Option<(&Buffer, u64)>),
+    ) -> Result<(), GpuError> {
         let counters = self.tally.of(self.stage);
         counters.dispatches += 1;
         counters.bytes_written += parameters.len() as u64;
         let invocations = u64::from(groups[0]) * u64::from(groups[1]) * u64::from(kernel.workgroup);
         let invocations = invocations + std::mem::take(&mut self.invocations);
-        let dispatch = kernel.check_sizes(buffers).and_then(|()| {
-            let Runs::Together(pipeline) = &kernel.runs else {
-                return Err(GpuError::Refused { message: format!("{} is no kernel of an ensemble", kernel.name) });
-            };
-            let begins = pipeline.begins(buffers.iter().filter_map(|b| b.part(0..0)).map(|part| part.start))?;
-            let (pipeline, parameters) = (pipeline.clone(), parameters.to_vec());
-            Ok(Dispatch { pipeline, parameters, begins, groups, said_at, invocations })
-        });
-        match dispatch {
-            Ok(dispatch) => self.work.push(Work::Dispatch(dispatch)),
-            Err(fault) => self.gpu.shared.fail(fault),
-        }
+        kernel.check_sizes(buffers)?;
+        let Runs::Together(pipeline) = &kernel.runs else {
+            return Err(GpuError::Refused { message: format!("{} is no kernel of an ensemble", kernel.name) });
+        };
+        let begins = pipeline.begins(buffers.iter().filter_map(|b| b.part(0..0)).map(|part| part.start))?;
+        let said_at = said.and_then(|(said, offset)| said.part(offset..offset)).map(|said| (said.start / 4) as u32);
+        let (pipeline, parameters) = (pipeline.clone(), parameters.to_vec());
+        self.work.push(Work::Dispatch(Dispatch { pipeline, parameters, begins, groups, said_at, invocations }));
+        Ok(())
     }
 
     /// Has all that a member recorded done with the work of others, and reads.

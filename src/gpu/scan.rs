@@ -10,8 +10,10 @@ const ITEMS: u32 = 8;
 const BLOCK: u64 = WORKGROUP as u64 * ITEMS as u64;
 
 functions! {
-    pub(super) Blocks(BlocksArgs { counted: u64, entries: u64, blocks: u64; counts: Buffer, out: Buffer, totals: Buffer });
-    pub(super) Add(AddArgs { entries: u64; before: Buffer, out: Buffer });
+    pub(super) Blocks = struct BlocksArgs<'a> {
+        counted: u64, entries: u64, blocks: u64, counts: &'a Buffer, out: &'a Buffer, totals: &'a Buffer,
+    }
+    pub(super) Add = struct AddArgs<'a> { entries: u64, before: &'a Buffer, out: &'a Buffer }
 }
 
 kernels! {

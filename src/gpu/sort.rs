@@ -16,11 +16,13 @@ const ITEMS: u32 = 16;
 const BLOCK: u64 = WORKGROUP as u64 * ITEMS as u64;
 
 functions! {
-    Histogram(HistogramArgs { n: u64, blocks: u64, shift: u32, mask: u32; keys: Buffer, counts: Buffer });
-    Scatter(ScatterArgs {
-        n: u64, blocks: u64, shift: u32, mask: u32;
-        keys: Buffer, values: Buffer, starts: Buffer, sorted_keys: Buffer, sorted_values: Buffer,
-    });
+    Histogram = struct HistogramArgs<'a> {
+        n: u64, blocks: u64, shift: u32, mask: u32, keys: &'a Buffer, counts: &'a Buffer,
+    }
+    Scatter = struct ScatterArgs<'a> {
+        n: u64, blocks: u64, shift: u32, mask: u32, keys: &'a Buffer, values: &'a Buffer, starts: &'a Buffer,
+        sorted_keys: &'a Buffer, sorted_values: &'a Buffer,
+    }
 }
 
 kernels! {

@@ -17,9 +17,10 @@ const MOST_OF_A_TILE: usize = 65_535;
 const WORKGROUP: u32 = 128;
 
 functions! {
-    CastTiles(CastArgs {
-        first_tile: usize, columns: usize, tiles: usize; first: Buffer, members: Buffer, drawn: Buffer, samples: Buffer,
-    });
+    CastTiles = struct CastArgs<'a> {
+        first_tile: usize, columns: usize, tiles: usize, first: &'a Buffer, members: &'a Buffer, drawn: &'a Buffer,
+        samples: &'a Buffer,
+    }
 }
 
 /// What casts rays on a device.

@@ -2,14 +2,21 @@
 //! are prescribed and so known without asking the device; what moves and turns the daughters is a kernel. Only where
 //! pressure slows growth is the state read back for it, each step.
 
+use super::Setup;
 use super::ancestry::Ancestry;
 use super::source::GrowthKernels;
 use super::start::Start;
-use super::states::{Shapes, States};
+use super::states::{Poses, Shapes, States};
 use super::unrounded::split_length;
-use super::{Setup, words};
 use crate::dynamics::growth::Turn;
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays, functions};
+
+functions! {
+    pub(super) Grow = struct GrowArgs<'a> { bodies: u64, shapes: &'a Shapes, own: &'a GrowthBuffers }
+    pub(super) Divide = struct DivideArgs<'a> {
+        divisions: u64, own: &'a GrowthBuffers, start: &'a Poses, shapes: &'a Shapes,
+    }
+}
 
 /// What the kernels of growth read that the host writes. The buffers are kept: new ones would make the device bind all
 /// its kernels anew.
@@ -20,6 +27,8 @@ pub(super) struct GrowthBuffers {
     divisions: Buffer,
     indices: Buffer,
 }
+
+arrays!(GrowthBuffers { growths, divisions, indices });
 
 impl GrowthBuffers {
     pub fn new(gpu: &Gpu, setup: &Setup, ancestry: &mut Ancestry) -> Result<Self, GpuError> {
@@ -45,8 +54,7 @@ impl GrowthBuffers {
 
     /// Records what the bodies grow by in a part of the step.
     pub fn record(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, shapes: &Shapes, bodies: u64) {
-        let buffers = [("shapes", &shapes.shapes), ("lengths", &shapes.lengths), ("growths", &self.growths)];
-        record.run(&kernels.grow, &words([bodies as u32, 0, 0, 0]), &buffers, bodies);
+        kernels.grow.call(record, bodies, GrowArgs { bodies, shapes, own: self });
     }
 
     /// Writes the divisions of a step: 12 numbers and two indices each.
@@ -118,18 +126,8 @@ impl Start {
     }
 
     /// Records that mothers become two daughters.
-    fn record_divisions(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, states: &States, count: u64) {
-        let (start, shapes) = (states.start(), states.end_shapes());
-        let buffers = [
-            ("divisions", &self.growth.divisions),
-            ("indices", &self.growth.indices),
-            ("cells", &start.cells),
-            ("remainders", &start.remainders),
-            ("orientations", &start.orientations),
-            ("shapes", &shapes.shapes),
-            ("lengths", &shapes.lengths),
-            ("twists", &start.twists),
-        ];
-        record.run(&kernels.divide, &words([count as u32, 0, 0, 0]), &buffers, count);
+    fn record_divisions(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, states: &States, divisions: u64) {
+        let (own, start, shapes) = (&self.growth, states.start(), states.end_shapes());
+        kernels.divide.call(record, divisions, DivideArgs { divisions, own, start, shapes });
     }
 }

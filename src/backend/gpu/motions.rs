@@ -8,11 +8,26 @@ use super::heat::Ids;
 use super::narrow_phase::Report;
 use super::source::{self, MidpointKernels};
 use super::start::{Part, Stages, Start};
+use super::states::{Poses, Shapes};
 use crate::bodies::Bodies;
 use crate::dynamics::{ForceField, Load, Twist};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::gpu::function::{Argument, Member, Part as Value, parts};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays, functions};
 use crate::step::Fault;
 use glam::DVec3;
+
+functions! {
+    pub(super) Propel = struct PropelArgs<'a> {
+        in_middle: bool, windows: Shares, strain: Option<[f64; 3]>, stages: Stages<'a>, here: &'a Poses, shapes: &'a Shapes,
+        groups_of: &'a Buffer, motions: &'a Motions,
+    }
+    pub(super) FromMiddle = struct FromMiddleArgs<'a> {
+        stages: Stages<'a>, start: &'a Poses, shapes: &'a Shapes, motions: &'a Motions,
+    }
+    pub(super) Bound = struct BoundArgs<'a> {
+        stages: Stages<'a>, first: &'a Poses, shapes: &'a Shapes, motions: &'a Motions,
+    }
+}
 
 /// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each
 /// rounded. Bodies that this lets through may be near at another image than the nearest by as much, but overlap at
@@ -32,6 +47,21 @@ pub(super) struct Motions {
     /// The bodies' ids, where there is Brownian motion.
     pub ids: Option<Ids>,
     pub bonds: Option<BondBuffers>,
+}
+
+arrays!(Motions { loads, motions, boxes });
+
+/// The share of each window of the forces in a part of a step.
+pub(super) struct Shares(Vec<f64>);
+
+impl Argument for Shares {
+    fn parts() -> Vec<Value> {
+        parts(&[("shares", "array<vec4r, SHARES>")])
+    }
+
+    fn write(&self, _: usize, to: Member<'_>) {
+        to.reals(&self.0);
+    }
 }
 
 impl Motions {
@@ -90,18 +120,10 @@ impl Motions {
         Ok(())
     }
 
-    /// The parameters of the kernel of motions: those of the present part, and the shares of windows in it.
-    fn parameters(Stages { setup, start, .. }: Stages<'_>, parameters: &[u8]) -> Vec<u8> {
-        let span = start.span(setup);
-        let rates = setup.strained().map(|strain| strain.rates(span[0]).to_array());
-        let shares = source::loads::windows(&setup.forces).into_iter().map(|window| window.share(span));
-        [parameters, &setup.precision.encode(shares.chain(rates.into_iter().flatten()))].concat()
-    }
-
     /// Records forces, free velocities and mobilities where the present part begins, where `first` rows are made, and
     /// the boxes there.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, first: &First) {
-        let Stages { kernels, start, .. } = stages;
+        let Stages { setup, kernels, start, .. } = stages;
         let (bodies, in_middle) = (start.bodies, start.part == Part::FromMiddle);
         let plugged = !self.plugged.is_empty();
         if let Some(ids) = &self.ids {
@@ -110,40 +132,28 @@ impl Motions {
         if let Some(bonds) = &self.bonds {
             bonds.record(stages, record, &self.loads, self.ids.is_some() || plugged);
         }
-        let (here, shapes) = (stages.here(), &stages.here_shapes().shapes);
-        let parameters = stages.timed([bodies as u32, u32::from(in_middle), 0, 0]);
-        let buffers = [
-            ("cells", &here.cells),
-            ("remainders", &here.remainders),
-            ("orientations", &here.orientations),
-            ("shapes", shapes),
-            ("twists", &here.twists),
-            ("groups_of", &start.groups_of),
-            ("loads", &self.loads),
-            ("motions", &self.motions),
-        ];
-        record.run(&kernels.motion, &Motions::parameters(stages, &parameters), &buffers, bodies);
+        let (span, shapes, motions) = (start.span(setup), stages.here_shapes(), self);
+        let propelled = PropelArgs {
+            in_middle,
+            windows: Shares(source::loads::windows(&setup.forces).iter().map(|window| window.share(span)).collect()),
+            strain: setup.strained().map(|strain| strain.rates(span[0]).to_array()),
+            stages,
+            here: stages.here(),
+            shapes,
+            groups_of: &start.groups_of,
+            motions,
+        };
+        kernels.motion.call(record, bodies, propelled);
         if let (true, Some(MidpointKernels { middle: Some(middle), .. })) = (in_middle, &kernels.midpoint) {
             let start = stages.states.start();
-            let buffers = [
-                ("orientations", &start.orientations),
-                ("twists", &start.twists),
-                ("shapes", shapes),
-                ("motions", &self.motions),
-            ];
-            record.run(middle, &parameters, &buffers, bodies);
+            middle.call(record, bodies, FromMiddleArgs { stages, start, shapes, motions });
         }
         if let Some(held) = &start.held {
-            held.hold(kernels, record, &self.motions);
+            held.hold(kernels, record, motions);
         }
-        first.record(stages, record, &self.motions);
-        let buffers = [
-            ("orientations", &first.poses(stages).orientations),
-            ("shapes", shapes),
-            ("motions", &self.motions),
-            ("boxes", &self.boxes),
-        ];
-        record.run(&kernels.boxes, &parameters, &buffers, bodies);
+        first.record(stages, record, motions);
+        let first = first.poses(stages);
+        kernels.boxes.call(record, bodies, BoundArgs { stages, first, shapes, motions });
     }
 
     /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images

@@ -3,12 +3,13 @@
 //! A step of first order has one part, a midpoint step its first half and then the whole step with what is found in its
 //! middle. Forces, mobilities and first rows are those of where a part begins; moves are from the step's start.
 
+use super::Setup;
 use super::ancestry::Ancestry;
 use super::growing::GrowthBuffers;
 use super::held::Held;
 use super::source::Kernels;
 use super::states::{Poses, Shapes, States};
-use super::{Setup, words};
+use crate::gpu::function::{Argument, Member, Part as Value, parts};
 use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder};
 use crate::periodic::Periods;
 use crate::step::{Model, State, Unrounded};
@@ -34,13 +35,6 @@ impl Setup {
     pub(super) fn length_of(&self, part: Part) -> f64 {
         if part == Part::FirstHalf { 0.5 * self.dt } else { self.dt }
     }
-
-    /// The parameters of kernels that need the length of a part of the step: it and its root after four words.
-    pub(super) fn timed(&self, of_kernel: [u32; 4], interval: f64) -> Vec<u8> {
-        let mut bytes = words(of_kernel).to_vec();
-        bytes.extend(self.precision.encode([interval, interval.sqrt()]));
-        bytes
-    }
 }
 
 /// The start of a step.
@@ -61,7 +55,7 @@ pub(super) struct Start {
     pub periods: Periods,
     lattice_periods: LatticePeriods,
     /// Those where it begins.
-    periods_here: LatticePeriods,
+    pub periods_here: LatticePeriods,
 }
 
 impl Start {
@@ -141,32 +135,6 @@ impl Start {
         self.periods = periods;
         Ok(Some(self.lattice_periods))
     }
-
-    /// The parameters of kernels of the present part.
-    pub fn timed(&self, setup: &Setup, of_kernel: [u32; 4]) -> Vec<u8> {
-        setup.timed(of_kernel, setup.length_of(self.part))
-    }
-
-    /// The parameters of a kernel that goes over the bodies.
-    pub fn parameters(&self) -> [u8; 16] {
-        words([self.bodies as u32, 0, 0, 0])
-    }
-
-    /// The parameters of a kernel that compares two bodies: with the periods behind them where these change.
-    pub fn of_pairs(&self, setup: &Setup, parameters: &[u8]) -> Vec<u8> {
-        match setup.strain {
-            Some(_) => self.lattice_periods.after(parameters),
-            None => parameters.to_vec(),
-        }
-    }
-
-    /// The same with the periods where the present part begins.
-    pub fn of_pairs_here(&self, setup: &Setup, parameters: &[u8]) -> Vec<u8> {
-        match setup.strain {
-            Some(_) => self.periods_here.after(parameters),
-            None => parameters.to_vec(),
-        }
-    }
 }
 
 /// What the stages of a step are made from.
@@ -179,6 +147,24 @@ pub(super) struct Stages<'a> {
     pub start: &'a Start,
 }
 
+/// What kernels know of the present part: how many bodies there are, its length and the root of it, and the periods at
+/// its end.
+impl Argument for Stages<'_> {
+    fn parts() -> Vec<Value> {
+        parts(&[("bodies", "u32"), ("dt", "real"), ("root_dt", "real"), ("periods", LatticePeriods::TYPE)])
+    }
+
+    fn write(&self, nth: usize, to: Member<'_>) {
+        let dt = self.setup.length_of(self.start.part);
+        match nth {
+            0 => to.words(&[self.start.bodies as u32]),
+            1 => to.reals(&[dt]),
+            2 => to.reals(&[dt.sqrt()]),
+            _ => self.start.lattice_periods.write(0, to),
+        }
+    }
+}
+
 impl<'a> Stages<'a> {
     /// Where the present part begins.
     pub fn here(self) -> &'a Poses {
@@ -188,11 +174,6 @@ impl<'a> Stages<'a> {
     /// What the bodies are in the first rows of the present part.
     pub fn here_shapes(self) -> &'a Shapes {
         self.states.here_shapes(self.start.part)
-    }
-
-    /// The parameters of kernels of the present part.
-    pub fn timed(self, of_kernel: [u32; 4]) -> Vec<u8> {
-        self.start.timed(self.setup, of_kernel)
     }
 
     /// Records what the bodies grow by in a part of the step.

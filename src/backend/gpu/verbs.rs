@@ -1,11 +1,12 @@
 //! The verbs carried out.
 
 use super::Device;
+use super::motions::Propel;
 use super::source;
 use super::start::{Part, Stages};
 use crate::dynamics::Cells;
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{GpuError, Kernel};
+use crate::gpu::{GpuError, Made};
 use crate::lcp::{Outcome, Stored};
 use crate::separation::separate_in;
 use crate::step::{Effect, Fault, Overlap, Passed, Phases, Take, TwoSided, Verbs, may_pass, passed};
@@ -61,7 +62,7 @@ impl Device {
     /// Forces of a library's user.
     fn write_loads(&mut self) -> Result<(), Fault> {
         if !std::mem::replace(&mut self.motions.takes_loads, true) {
-            self.kernels.motion = Kernel::new(&self.gpu, &source::motion(&self.setup, true))?;
+            self.kernels.motion = Propel::make(&self.gpu, source::motion(&self.setup, true))?;
         }
         let stages = self.stages();
         let bodies = self.download(stages.here(), stages.here_shapes())?;

@@ -1,6 +1,6 @@
 //! The kernels of the search.
 
-use super::{Boxes, CROWDED, TOO_MANY};
+use super::{Boxes, CROWDED, Search, TOO_MANY};
 use crate::gpu::{Buffer, Fragment, Lattice, LatticePeriods, MOST_CELL, Precision, Source};
 use crate::gpu::{fragment, functions, kernels};
 
@@ -24,34 +24,28 @@ pub(super) struct Space {
 }
 
 functions! {
-    pub(super) Wrap(WrapArgs {
-        bodies: u64, periods: LatticePeriods;
-        cells: Buffer, remainders: Buffer, wrapped_cells: Buffer, wrapped_remainders: Buffer,
-    });
-    pub(super) Classify(ClassifyArgs {
-        bodies: u64; cells: Buffer, remainders: Buffer, boxes: Buffer, classes: Buffer, survey: Buffer,
-    });
-    pub(super) Place(PlaceArgs {
-        bodies: u64, mask: u64;
-        cells: Buffer, classes: Buffer, survey: Buffer, columns: Buffer, members: Buffer, counts: Buffer,
-    });
-    pub(super) Gather(GatherArgs {
-        bodies: u64; members: Buffer, cells: Buffer, remainders: Buffer, boxes: Buffer, sorted: Boxes,
-    });
-    pub(super) Find(FindArgs {
-        bodies: u64, mask: u64, fill: bool, large: u64, periods: LatticePeriods;
-        sorted: Boxes, starts: Buffer, survey: Buffer, list: Buffer, pairs: Buffer, crowds: Buffer,
-    });
-    pub(super) Ends(EndsArgs { count: u64, side: u32; pairs: Buffer, places: Buffer, keys: Buffer });
-    pub(super) Arrange(ArrangeArgs { count: u64; found: Buffer, places: Buffer, pairs: Buffer });
-    pub(super) Starts(StartsArgs { bodies: u64, pairs: u64; keys: Buffer, first: Buffer });
-    pub(super) Incoming(IncomingArgs { count: u64; pairs: Buffer, first: Buffer, found: Buffer, entries: Buffer });
-    pub(super) AdjacencyStart(AdjacencyStartArgs {
-        bodies: u64, pairs: u64; first: Buffer, found: Buffer, entries: Buffer, starts: Buffer, own: Buffer,
-    });
-    pub(super) Adjacency(AdjacencyArgs {
-        count: u64; pairs: Buffer, first: Buffer, found: Buffer, entries: Buffer, own: Buffer, adjacency: Buffer,
-    });
+    pub(super) Wrap = struct WrapArgs<'a> {
+        bodies: u64, periods: LatticePeriods, cells: &'a Buffer, remainders: &'a Buffer, wrapped_cells: &'a Buffer,
+        wrapped_remainders: &'a Buffer,
+    }
+    pub(super) Classify = struct ClassifyArgs<'a> {
+        bodies: u64, cells: &'a Buffer, remainders: &'a Buffer, boxes: &'a Buffer, search: &'a Search,
+    }
+    pub(super) Place = struct PlaceArgs<'a> { bodies: u64, mask: u64, cells: &'a Buffer, search: &'a Search }
+    pub(super) Gather = struct GatherArgs<'a> {
+        bodies: u64, cells: &'a Buffer, remainders: &'a Buffer, boxes: &'a Buffer, sorted: &'a Boxes,
+        search: &'a Search,
+    }
+    pub(super) Find = struct FindArgs<'a> {
+        bodies: u64, mask: u64, fill: bool, large: u64, periods: LatticePeriods, sorted: &'a Boxes, list: &'a Buffer,
+        pairs: &'a Buffer, search: &'a Search,
+    }
+    pub(super) Ends = struct EndsArgs<'a> { count: u64, side: u32, search: &'a Search }
+    pub(super) Arrange = struct ArrangeArgs<'a> { count: u64, search: &'a Search }
+    pub(super) Starts = struct StartsArgs<'a> { bodies: u64, pairs: u64, search: &'a Search }
+    pub(super) Incoming = struct IncomingArgs<'a> { count: u64, search: &'a Search }
+    pub(super) AdjacencyStart = struct AdjacencyStartArgs<'a> { bodies: u64, pairs: u64, search: &'a Search }
+    pub(super) Adjacency = struct AdjacencyArgs<'a> { count: u64, search: &'a Search }
 }
 
 kernels! {

@@ -90,6 +90,26 @@ pub struct Search {
     adjacency: Buffer,
 }
 
+// Its buffers by what they are to each kernel.
+arrays!(Search {
+    survey,
+    crowds,
+    classes,
+    columns: keys,
+    keys,
+    members: values,
+    places: values,
+    entries: values,
+    counts,
+    own: counts,
+    starts: columns,
+    first,
+    found,
+    pairs,
+    adjacency_start,
+    adjacency,
+});
+
 impl Search {
     /// Compiles the kernels. In the plane (`planar`) only x and y count.
     ///
@@ -263,8 +283,8 @@ impl Search {
         bodies: u64,
         columns: u64,
     ) -> Result<(), GpuError> {
-        let (kernels, periods, survey) = (&self.kernels, self.periods, &self.survey);
-        record.clear(survey, 0..4 * SURVEY_WORDS);
+        let (kernels, periods) = (&self.kernels, self.periods);
+        record.clear(&self.survey, 0..4 * SURVEY_WORDS);
         record.clear(&self.crowds, 0..8);
         record.clear(&self.counts, 0..4 * columns);
         if let (Some(wrap), Some([wrapped_cells, wrapped_remainders])) = (&kernels.wrap, &self.wrapped) {
@@ -272,15 +292,13 @@ impl Search {
             wrap.call(record, bodies, wrapped);
             (cells, remainders) = (wrapped_cells, wrapped_remainders);
         }
-        let classes = &self.classes;
-        kernels.classify.call(record, bodies, ClassifyArgs { bodies, cells, remainders, boxes, classes, survey });
-        let (mask, members, counts) = (columns - 1, &self.values, &self.counts);
-        let placed = PlaceArgs { bodies, mask, cells, classes, survey, columns: &self.keys, members, counts };
-        kernels.place.call(record, bodies, placed);
-        self.scan.exclusive(record, counts, &self.columns, columns)?;
+        let (mask, search) = (columns - 1, &*self);
+        kernels.classify.call(record, bodies, ClassifyArgs { bodies, cells, remainders, boxes, search });
+        kernels.place.call(record, bodies, PlaceArgs { bodies, mask, cells, search });
+        self.scan.exclusive(record, &self.counts, &self.columns, columns)?;
         self.sort.by_key(record, &mut self.keys, &mut self.values, bodies, columns.trailing_zeros())?;
-        let (members, sorted) = (&self.values, &self.sorted);
-        kernels.gather.call(record, bodies, GatherArgs { bodies, members, cells, remainders, boxes, sorted });
+        let (sorted, search) = (&self.sorted, &*self);
+        self.kernels.gather.call(record, bodies, GatherArgs { bodies, cells, remainders, boxes, sorted, search });
         Ok(())
     }
 
@@ -293,11 +311,9 @@ impl Search {
             large: TOO_MANY_PAIRS / bodies.max(1),
             periods: self.periods,
             sorted: &self.sorted,
-            starts: &self.columns,
-            survey: &self.survey,
             list: if fill { &self.first } else { &self.counts },
             pairs: &self.found,
-            crowds: &self.crowds,
+            search: self,
         };
         self.kernels.find.call(record, bodies, arguments);
     }
@@ -325,30 +341,24 @@ impl Search {
     /// Sorts the pairs by their first bodies, those of one by the second.
     fn arrange(&mut self, record: &mut Recorder<'_>, bodies: u64, count: u64) -> Result<(), GpuError> {
         let bits = bodies.next_power_of_two().trailing_zeros();
-        let found = &self.found;
         for side in [1, 0] {
-            let ends = EndsArgs { count, side, pairs: found, places: &self.values, keys: &self.keys };
-            self.kernels.ends.call(record, count, ends);
+            self.kernels.ends.call(record, count, EndsArgs { count, side, search: self });
             self.sort.by_key(record, &mut self.keys, &mut self.values, count, bits)?;
         }
-        let (places, pairs, keys, first) = (&self.values, &self.pairs, &self.keys, &self.first);
-        self.kernels.arrange.call(record, count, ArrangeArgs { count, found, places, pairs });
-        self.kernels.starts.call(record, bodies + 1, StartsArgs { bodies, pairs: count, keys, first });
+        let search = &*self;
+        self.kernels.arrange.call(record, count, ArrangeArgs { count, search });
+        self.kernels.starts.call(record, bodies + 1, StartsArgs { bodies, pairs: count, search });
         Ok(())
     }
 
     /// Makes every body's list of pairs.
     fn connect(&mut self, record: &mut Recorder<'_>, bodies: u64, count: u64) -> Result<(), GpuError> {
-        let (kernels, pairs, first, own) = (&self.kernels, &self.pairs, &self.first, &self.counts);
-        let (found, entries) = (&self.keys, &self.values);
-        kernels.incoming.call(record, count, IncomingArgs { count, pairs, first, found, entries });
+        self.kernels.incoming.call(record, count, IncomingArgs { count, search: self });
         let bits = bodies.next_power_of_two().trailing_zeros();
         self.sort.by_key(record, &mut self.keys, &mut self.values, count, bits)?;
-        let (found, entries, starts) = (&self.keys, &self.values, &self.adjacency_start);
-        let begins = AdjacencyStartArgs { bodies, pairs: count, first, found, entries, starts, own };
-        kernels.adjacency_start.call(record, bodies + 1, begins);
-        let listed = AdjacencyArgs { count, pairs, first, found, entries, own, adjacency: &self.adjacency };
-        kernels.adjacency.call(record, count, listed);
+        let search = &*self;
+        self.kernels.adjacency_start.call(record, bodies + 1, AdjacencyStartArgs { bodies, pairs: count, search });
+        self.kernels.adjacency.call(record, count, AdjacencyArgs { count, search });
         Ok(())
     }
 }

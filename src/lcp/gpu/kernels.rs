@@ -51,7 +51,7 @@ pub(super) struct Variant {
 
 functions! {
     /// A kernel of a solver. It takes what it needs of all that there is.
-    pub(super) Lcp(LcpArgs { dispatch: Parameters; memory: Memory, problem: DeviceProblem });
+    pub(super) Lcp = struct LcpArgs<'a> { dispatch: Parameters, memory: &'a Memory, problem: &'a DeviceProblem }
 }
 
 /// The kernels of a solver. Each is compiled when a problem first needs it: few scenes have both small and large
@@ -241,7 +241,7 @@ impl Variant {
             .include(fragment!("lcp/jacobian.wgsl"));
         source = match self.slots.low {
             Some(_) => source
-                .text("@group(0) @binding(8) var<storage, read_write> velocity_rest: array<vec4r>;\n")
+                .text("var<storage, read_write> velocity_rest: array<vec4r>;\n")
                 .include(fragment!("lcp/two_sums.wgsl"))
                 .include(fragment!("lcp/exact.wgsl"))
                 .include(fragment!("lcp/product_exactly.wgsl"))
@@ -249,7 +249,7 @@ impl Variant {
             None => source.include(fragment!("lcp/small_plain.wgsl")),
         };
         if self.slots.coupling.is_some() {
-            source = source.text("@group(0) @binding(7) var<storage, read> entries: array<real>;\n");
+            source = source.text("var<storage, read> entries: array<real>;\n");
         }
         if pairs {
             source = source

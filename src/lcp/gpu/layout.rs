@@ -1,8 +1,7 @@
 //! The layout of vectors, numbers and parameters on the device.
 
 use super::number::RING;
-use crate::gpu::Precision;
-use crate::gpu::function::{Member, Parameter};
+use crate::gpu::{Precision, arguments};
 use crate::lcp::SolverKind;
 
 /// The most sums that one stage makes.
@@ -87,56 +86,16 @@ impl Slots {
     }
 }
 
-/// The parameters of a dispatch, as in `shaders/lcp/parameters.wgsl`.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub(super) struct Parameters {
-    pub rows: u32,
-    pub pairs: u32,
-    pub bodies: u32,
-    pub stride: u32,
-    pub groups: u32,
-    pub looks: u32,
-    pub base: u32,
-    pub sums_from: u32,
-    pub sums_into: u32,
-    pub first: u32,
-    pub last: u32,
-    pub zero: u32,
-    /// Places of vectors, four in a word.
-    pub vectors: [u32; MOST_VECTORS / 4],
-    /// Places of numbers, two in a word.
-    pub numbers: [u32; MOST_NUMBERS / 2],
-}
-
-impl Parameter for Parameters {
-    fn names() -> &'static [&'static str] {
-        &[
-            "rows",
-            "pairs",
-            "bodies",
-            "stride",
-            "groups",
-            "looks",
-            "base",
-            "sums_from",
-            "sums_into",
-            "first",
-            "last",
-            "zero",
-            "vectors",
-            "numbers",
-        ]
-    }
-
-    fn kind() -> naga::ScalarKind {
-        naga::ScalarKind::Uint
-    }
-
-    fn write(&self, nth: usize, to: Member<'_>) {
-        let words: &[u32] = bytemuck::cast_slice(std::slice::from_ref(self));
-        let begin = if nth < 13 { nth } else { 12 + MOST_VECTORS / 4 };
-        to.words(&words[begin..]);
+arguments! {
+    /// The parameters of a dispatch, as in `shaders/lcp/parameters.wgsl`.
+    #[derive(Clone, Copy, Debug, Default)]
+    pub(super) struct Parameters {
+        rows: u32, pairs: u32, bodies: u32, stride: u32, groups: u32, looks: u32, base: u32, sums_from: u32,
+        sums_into: u32, first: u32, last: u32, zero: u32,
+        /// Places of vectors, four in a word.
+        vectors: [u32; MOST_VECTORS / 4],
+        /// Places of numbers, two in a word.
+        numbers: [u32; MOST_NUMBERS / 2],
     }
 }
 
