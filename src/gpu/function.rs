@@ -141,19 +141,6 @@ impl<T: Argument> Argument for &T {
     }
 }
 
-/// What only some kernels of a field of a table take; not taken where it is none.
-impl<T: Argument> Argument for Option<T> {
-    fn parts() -> Vec<Part> {
-        T::parts().into_iter().map(|part| Part { whole: false, ..part }).collect()
-    }
-
-    fn write(&self, nth: usize, to: Member<'_>) {
-        if let Some(value) = self {
-            value.write(nth, to);
-        }
-    }
-}
-
 macro_rules! value {
     ($($Of:ty: $wgsl:literal = $write:ident($value:expr);)*) => {$(
         impl Argument for $Of {
@@ -175,7 +162,6 @@ value! {
     bool: "u32" = words(|flag| [u32::from(*flag)]);
     f32: "f32" = reals(|number| [f64::from(*number)]);
     f64: "real" = reals(|number| [*number]);
-    [f64; 3]: "vec3r" = reals(|vector| *vector);
     [u32; 8]: "array<vec4<u32>, 2>" = words(|words| *words);
     [u32; 16]: "array<vec4<u32>, 4>" = words(|words| *words);
 }
@@ -396,7 +382,7 @@ mod tests {
     }
 
     arguments! {
-        struct Scale<'a> { bodies: u64, start: &'a Poses, trial: &'a Poses, by: Option<f64> }
+        struct Scale<'a> { bodies: u64, start: &'a Poses, trial: &'a Poses, by: f64 }
     }
 
     const TEXT: &str = "

@@ -108,16 +108,12 @@ pub(super) fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
             naga::TypeInner::Array { stride, .. } => u64::from(stride),
             _ => 0,
         };
-        match variable.space {
-            naga::AddressSpace::Uniform => {
-                Some(Binding { name, number, uniform: true, ty, read_only: true, bytes, stride })
-            }
-            naga::AddressSpace::Storage { access } => {
-                let read_only = !access.contains(naga::StorageAccess::STORE);
-                Some(Binding { name, number, uniform: false, ty, read_only, bytes, stride })
-            }
-            _ => None,
-        }
+        let (uniform, read_only) = match variable.space {
+            naga::AddressSpace::Uniform => (true, true),
+            naga::AddressSpace::Storage { access } => (false, !access.contains(naga::StorageAccess::STORE)),
+            _ => return None,
+        };
+        Some(Binding { name, number, uniform, ty, read_only, bytes, stride })
     };
     let mut found: Vec<Binding> = module.global_variables.iter().filter_map(|(_, v)| of(v)).collect();
     found.sort_by_key(|b| b.number);

@@ -54,7 +54,7 @@ pub(super) struct BondBuffers {
     written: Incidence,
 }
 
-arrays!(BondBuffers { bonds, strengths, broken, ends, incident });
+arrays! { BondBuffers { bonds, strengths, broken, ends, incident } }
 
 impl BondBuffers {
     /// Those of a scene; none where it has no bonds.

@@ -67,7 +67,7 @@ pub(super) struct Branches {
     middle: Buffer,
 }
 
-arrays!(Branches { staged, features, partners });
+arrays! { Branches { staged, features, partners } }
 
 impl Branches {
     /// Those of a scene; none where it has the paper's rows.

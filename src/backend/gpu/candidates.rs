@@ -53,7 +53,9 @@ pub(super) struct Lists {
     pub bodies: u64,
 }
 
-arrays!(Lists { pairs, adjacency_start, start: adjacency_start, adjacency, contacts, remembered; pairs: pairs_count });
+arrays! { Lists {
+    pairs, adjacency_start, start: adjacency_start, adjacency, contacts, remembered; pairs: pairs_count
+} }
 
 pub(super) struct Candidates {
     pub lists: Lists,

@@ -142,7 +142,7 @@ struct Placed {
     shapes: Buffer,
 }
 
-arrays!(Placed { cells, remainders, orientations, shapes });
+arrays! { Placed { cells, remainders, orientations, shapes } }
 
 impl Placed {
     fn new(

@@ -14,7 +14,7 @@ functions! {
         stages: Stages<'a>, start: &'a Poses, motions: &'a Motions, ahead: &'a Poses,
     }
     pub(super) Carried = struct CarriedArgs<'a> {
-        strain: Option<[f64; 3]>, stages: Stages<'a>, start: &'a Poses, motions: &'a Motions, ahead: &'a Poses,
+        stages: Stages<'a>, start: &'a Poses, motions: &'a Motions, ahead: &'a Poses,
     }
 }
 
@@ -67,10 +67,8 @@ impl First {
 
     /// Records where the flow of a changing cell leads bodies.
     fn record_carried(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Motions) {
-        let Stages { setup, kernels, .. } = stages;
-        let (Some(kernel), Some(strain)) = (&kernels.carried, &setup.strain) else { return };
+        let Some(kernel) = &stages.kernels.carried else { return };
         let (start, ahead) = (stages.states.start(), self.poses(stages));
-        let strain = Some(strain.rates(stages.start.time).to_array());
-        kernel.call(record, stages.start.bodies, CarriedArgs { strain, stages, start, motions, ahead });
+        kernel.call(record, stages.start.bodies, CarriedArgs { stages, start, motions, ahead });
     }
 }

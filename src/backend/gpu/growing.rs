@@ -28,7 +28,7 @@ pub(super) struct GrowthBuffers {
     indices: Buffer,
 }
 
-arrays!(GrowthBuffers { growths, divisions, indices });
+arrays! { GrowthBuffers { growths, divisions, indices } }
 
 impl GrowthBuffers {
     pub fn new(gpu: &Gpu, setup: &Setup, ancestry: &mut Ancestry) -> Result<Self, GpuError> {

@@ -6,19 +6,18 @@ use super::bonds::BondBuffers;
 use super::first::First;
 use super::heat::Ids;
 use super::narrow_phase::Report;
-use super::source::{self, MidpointKernels};
+use super::source::MidpointKernels;
 use super::start::{Part, Stages, Start};
 use super::states::{Poses, Shapes};
 use crate::bodies::Bodies;
 use crate::dynamics::{ForceField, Load, Twist};
-use crate::gpu::function::{Argument, Member, Part as Value, parts};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays, functions};
 use crate::step::Fault;
 use glam::DVec3;
 
 functions! {
     pub(super) Propel = struct PropelArgs<'a> {
-        in_middle: bool, windows: Shares, strain: Option<[f64; 3]>, stages: Stages<'a>, here: &'a Poses, shapes: &'a Shapes,
+        in_middle: bool, stages: Stages<'a>, here: &'a Poses, shapes: &'a Shapes,
         groups_of: &'a Buffer, motions: &'a Motions,
     }
     pub(super) FromMiddle = struct FromMiddleArgs<'a> {
@@ -49,20 +48,7 @@ pub(super) struct Motions {
     pub bonds: Option<BondBuffers>,
 }
 
-arrays!(Motions { loads, motions, boxes });
-
-/// The share of each window of the forces in a part of a step.
-pub(super) struct Shares(Vec<f64>);
-
-impl Argument for Shares {
-    fn parts() -> Vec<Value> {
-        parts(&[("shares", "array<vec4r, SHARES>")])
-    }
-
-    fn write(&self, _: usize, to: Member<'_>) {
-        to.reals(&self.0);
-    }
-}
+arrays! { Motions { loads, motions, boxes } }
 
 impl Motions {
     pub fn new(gpu: &Gpu, setup: &Setup, bodies: &Bodies) -> Result<Self, GpuError> {
@@ -123,7 +109,7 @@ impl Motions {
     /// Records forces, free velocities and mobilities where the present part begins, where `first` rows are made, and
     /// the boxes there.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, first: &First) {
-        let Stages { setup, kernels, start, .. } = stages;
+        let Stages { kernels, start, .. } = stages;
         let (bodies, in_middle) = (start.bodies, start.part == Part::FromMiddle);
         let plugged = !self.plugged.is_empty();
         if let Some(ids) = &self.ids {
@@ -132,17 +118,8 @@ impl Motions {
         if let Some(bonds) = &self.bonds {
             bonds.record(stages, record, &self.loads, self.ids.is_some() || plugged);
         }
-        let (span, shapes, motions) = (start.span(setup), stages.here_shapes(), self);
-        let propelled = PropelArgs {
-            in_middle,
-            windows: Shares(source::loads::windows(&setup.forces).iter().map(|window| window.share(span)).collect()),
-            strain: setup.strained().map(|strain| strain.rates(span[0]).to_array()),
-            stages,
-            here: stages.here(),
-            shapes,
-            groups_of: &start.groups_of,
-            motions,
-        };
+        let (here, shapes, groups_of, motions) = (stages.here(), stages.here_shapes(), &start.groups_of, self);
+        let propelled = PropelArgs { in_middle, stages, here, shapes, groups_of, motions };
         kernels.motion.call(record, bodies, propelled);
         if let (true, Some(MidpointKernels { middle: Some(middle), .. })) = (in_middle, &kernels.midpoint) {
             let start = stages.states.start();

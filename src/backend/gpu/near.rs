@@ -8,7 +8,7 @@ use super::row_set::RowSet;
 use super::source::MidpointKernels;
 use super::start::{Part, Stages};
 use super::states::{Poses, Shapes};
-use crate::gpu::{Recorder, arguments, functions};
+use crate::gpu::{GpuError, Recorder, arguments, functions};
 
 functions! {
     pub(super) Stretch = struct StretchArgs<'a> {
@@ -70,5 +70,19 @@ impl Device {
         let Device { gpu, setup, kernels, states, start, motions, first, narrow, rows, .. } = self;
         let stages = Stages { gpu, setup, kernels, states, start };
         (rows, RowInputs::of(stages, first, &narrow.candidates.lists, motions, at_trial))
+    }
+
+    /// Changes the rows.
+    pub(super) fn change_rows(
+        &mut self,
+        at_trial: bool,
+        change: impl FnOnce(&mut RowSet, &mut Recorder<'_>, RowInputs<'_>) -> Result<(), GpuError>,
+    ) -> Result<(), GpuError> {
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("narrow phase");
+        let (rows, made) = self.row_inputs(at_trial);
+        change(rows, &mut record, made)?;
+        record.submit()
     }
 }

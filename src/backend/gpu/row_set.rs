@@ -159,10 +159,10 @@ impl RowSet {
 
     /// Moves the offsets of rows to the violations of the trial, and finds room for the rows of those that have none to
     /// be moved.
-    pub fn tighten(&mut self, mut record: Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
-        self.tighten_branches(&mut record, made)?;
-        self.tighten_pairs(&mut record, made);
-        self.count(&mut record, made, (true, VIOLATING))?;
+    pub fn tighten(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+        self.tighten_branches(record, made)?;
+        self.tighten_pairs(record, made);
+        self.count(record, made, (true, VIOLATING))?;
         let total = 4 * made.pairs();
         let read = record.read(&[(&self.next_start, total..total + 4)])?;
         self.next = u64::from(pod_read_unaligned::<u32>(&read[0]));

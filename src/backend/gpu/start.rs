@@ -7,7 +7,7 @@ use super::Setup;
 use super::ancestry::Ancestry;
 use super::growing::GrowthBuffers;
 use super::held::Held;
-use super::source::Kernels;
+use super::source::{Kernels, loads};
 use super::states::{Poses, Shapes, States};
 use crate::gpu::function::{Argument, Member, Part as Value, parts};
 use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder};
@@ -147,11 +147,12 @@ pub(super) struct Stages<'a> {
     pub start: &'a Start,
 }
 
-/// What kernels know of the present part: how many bodies there are, its length and the root of it, and the periods at
-/// its end.
+/// What kernels know of the present part: how many bodies there are, its length and the root of it, the periods at its
+/// end, the strain rates of the cell, and the share of each window of the forces.
 impl Argument for Stages<'_> {
     fn parts() -> Vec<Value> {
-        parts(&[("bodies", "u32"), ("dt", "real"), ("root_dt", "real"), ("periods", LatticePeriods::TYPE)])
+        let length = [("bodies", "u32"), ("dt", "real"), ("root_dt", "real"), ("periods", LatticePeriods::TYPE)];
+        parts(&[&length[..], &[("strain", "vec3r"), ("shares", "array<vec4r, SHARES>")]].concat())
     }
 
     fn write(&self, nth: usize, to: Member<'_>) {
@@ -160,7 +161,12 @@ impl Argument for Stages<'_> {
             0 => to.words(&[self.start.bodies as u32]),
             1 => to.reals(&[dt]),
             2 => to.reals(&[dt.sqrt()]),
-            _ => self.start.lattice_periods.write(0, to),
+            3 => self.start.lattice_periods.write(0, to),
+            4 => to.reals(&self.setup.strain.map_or([0.0; 3], |strain| strain.rates(self.start.time).to_array())),
+            _ => {
+                let (windows, span) = (loads::windows(&self.setup.forces), self.start.span(self.setup));
+                to.reals(&windows.iter().map(|window| window.share(span)).collect::<Vec<_>>());
+            }
         }
     }
 }

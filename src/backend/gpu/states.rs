@@ -19,7 +19,7 @@ pub(super) struct Poses {
     pub twists: Buffer,
 }
 
-arrays!(Poses { cells, remainders, orientations, twists });
+arrays! { Poses { cells, remainders, orientations, twists } }
 
 /// What bodies are.
 pub(super) struct Shapes {
@@ -29,7 +29,7 @@ pub(super) struct Shapes {
     pub lengths: Buffer,
 }
 
-arrays!(Shapes { shapes, lengths });
+arrays! { Shapes { shapes, lengths } }
 
 /// The states of a step by name. What a scene does not need is not made: another state stands for it.
 pub(super) struct States {

@@ -2,6 +2,7 @@
 
 use super::Device;
 use super::motions::Propel;
+use super::row_set::RowSet;
 use super::source;
 use super::start::{Part, Stages};
 use crate::dynamics::Cells;
@@ -139,12 +140,10 @@ impl Verbs for Device {
         if self.start.part != Part::FromMiddle {
             self.first.overlap = f64::from(f32::from_bits(found.worst));
         }
-        let mut record = gpu.record();
-        record.stage("narrow phase");
-        let (rows, made) = self.row_inputs(false);
-        rows.begin(&mut record, made)?;
-        rows.incidence(&mut record, made)?;
-        record.submit()?;
+        self.change_rows(false, |rows, record, made| {
+            rows.begin(record, made)?;
+            rows.incidence(record, made)
+        })?;
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
     }
@@ -177,24 +176,17 @@ impl Verbs for Device {
 
     fn append_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
-        let gpu = self.gpu.clone();
-        let mut record = gpu.record();
-        record.stage("narrow phase");
-        let (rows, made) = self.row_inputs(true);
-        rows.extend(&mut record, made)?;
-        rows.incidence(&mut record, made)?;
-        record.submit()?;
+        self.change_rows(true, |rows, record, made| {
+            rows.extend(record, made)?;
+            rows.incidence(record, made)
+        })?;
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
     }
 
     fn tighten_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
-        let gpu = self.gpu.clone();
-        let mut record = gpu.record();
-        record.stage("narrow phase");
-        let (rows, made) = self.row_inputs(true);
-        rows.tighten(record, made)?;
+        self.change_rows(true, RowSet::tighten)?;
         self.phases.narrow_phase += begun.elapsed();
         if self.rows.next > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
     }

@@ -49,7 +49,7 @@ pub struct Boxes {
     pub boxes: Buffer,
 }
 
-arrays!(Boxes { cells, remainders, boxes });
+arrays! { Boxes { cells, remainders, boxes } }
 
 impl Boxes {
     /// Makes room for those of so many bodies; what was there is lost.
@@ -91,24 +91,10 @@ pub struct Search {
 }
 
 // Its buffers by what they are to each kernel.
-arrays!(Search {
-    survey,
-    crowds,
-    classes,
-    columns: keys,
-    keys,
-    members: values,
-    places: values,
-    entries: values,
-    counts,
-    own: counts,
-    starts: columns,
-    first,
-    found,
-    pairs,
-    adjacency_start,
-    adjacency,
-});
+arrays! { Search {
+    survey, crowds, classes, columns: keys, keys, members: values, places: values, entries: values, counts,
+    own: counts, starts: columns, first, found, pairs, adjacency_start, adjacency,
+} }
 
 impl Search {
     /// Compiles the kernels. In the plane (`planar`) only x and y count.

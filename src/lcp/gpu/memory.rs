@@ -33,22 +33,10 @@ pub(super) struct Memory {
     pub displacement: Buffer,
 }
 
-arrays!(Memory {
-    program,
-    rounds,
-    scalars,
-    vectors,
-    partial,
-    grid,
-    gathered,
-    velocity_rest,
-    lists,
-    entries,
-    span,
-    clusters,
-    part_start,
-    displacement,
-});
+arrays! { Memory {
+    program, rounds, scalars, vectors, partial, grid, gathered, velocity_rest, lists, entries, span, clusters,
+    part_start, displacement,
+} }
 
 impl Memory {
     pub fn new(gpu: &Gpu, variant: &Variant) -> Result<Self, GpuError> {

@@ -40,20 +40,10 @@ pub struct DeviceProblem {
     pub velocity: Buffer,
 }
 
-arrays!(DeviceProblem {
-    pair,
-    row_pairs: pair,
-    jacobian,
-    q,
-    offset: q,
-    block_start,
-    row_start: block_start,
-    incidence_start,
-    incidence,
-    gamma,
-    velocity,
-    velocities: velocity,
-});
+arrays! { DeviceProblem {
+    pair, row_pairs: pair, jacobian, q, offset: q, block_start, row_start: block_start, incidence_start, incidence,
+    gamma, velocity, velocities: velocity,
+} }
 
 impl DeviceProblem {
     /// Numbers from one vector of rows to the next.
