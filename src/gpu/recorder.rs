@@ -119,10 +119,13 @@ impl<'g> Recorder<'g> {
                 return self.run_as_member(kernel, parameters, buffers, (grid, said));
             }
             self.bind(kernel, parameters, buffers)?;
-            match said.map(|(said, offset)| (said.own(), offset)) {
-                Some((said, offset)) => said.map(|said| self.pass().dispatch_workgroups_indirect(said, offset)),
-                None => Some(self.pass().dispatch_workgroups(grid[0], grid[1], 1)),
-            };
+            match said {
+                None => self.pass().dispatch_workgroups(grid[0], grid[1], 1),
+                Some((said, offset)) => {
+                    let Some(said) = said.own() else { return Ok(()) };
+                    self.pass().dispatch_workgroups_indirect(said, offset);
+                }
+            }
             self.divide(kernel, groups);
             Ok(())
         });

@@ -10,7 +10,7 @@ use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Source, fragment, functions};
 use crate::shape::gpu::add_shapes_to;
 
 functions! {
-    pub(super) Warm = struct WarmArgs<'a> {
+    pub(super) RandomLoads = struct RandomLoadsArgs<'a> {
         adds: bool, step_low: u32, step_high: u32, stages: Stages<'a>, ids: &'a Buffer, shapes: &'a Shapes,
         here: &'a Poses, loads: &'a Buffer,
     }
@@ -70,7 +70,7 @@ impl Ids {
         let Some(heat) = &stages.kernels.heat else { return };
         let [step_low, step_high] = draw::halves(stages.start.step);
         let (ids, shapes, here) = (&self.buffer, stages.here_shapes(), stages.here());
-        let warmed = WarmArgs { adds, step_low, step_high, stages, ids, shapes, here, loads };
+        let warmed = RandomLoadsArgs { adds, step_low, step_high, stages, ids, shapes, here, loads };
         heat.call(record, stages.start.bodies, warmed);
     }
 }

@@ -16,14 +16,14 @@ use crate::step::Fault;
 use glam::DVec3;
 
 functions! {
-    pub(super) Propel = struct PropelArgs<'a> {
+    pub(super) FreeMotion = struct FreeMotionArgs<'a> {
         in_middle: bool, stages: Stages<'a>, here: &'a Poses, shapes: &'a Shapes,
         groups_of: &'a Buffer, motions: &'a Motions,
     }
-    pub(super) FromMiddle = struct FromMiddleArgs<'a> {
+    pub(super) MiddleMotion = struct MiddleMotionArgs<'a> {
         stages: Stages<'a>, start: &'a Poses, shapes: &'a Shapes, motions: &'a Motions,
     }
-    pub(super) Bound = struct BoundArgs<'a> {
+    pub(super) BodyBoxes = struct BodyBoxesArgs<'a> {
         stages: Stages<'a>, first: &'a Poses, shapes: &'a Shapes, motions: &'a Motions,
     }
 }
@@ -119,18 +119,18 @@ impl Motions {
             bonds.record(stages, record, &self.loads, self.ids.is_some() || plugged);
         }
         let (here, shapes, groups_of, motions) = (stages.here(), stages.here_shapes(), &start.groups_of, self);
-        let propelled = PropelArgs { in_middle, stages, here, shapes, groups_of, motions };
+        let propelled = FreeMotionArgs { in_middle, stages, here, shapes, groups_of, motions };
         kernels.motion.call(record, bodies, propelled);
         if let (true, Some(MidpointKernels { middle: Some(middle), .. })) = (in_middle, &kernels.midpoint) {
             let start = stages.states.start();
-            middle.call(record, bodies, FromMiddleArgs { stages, start, shapes, motions });
+            middle.call(record, bodies, MiddleMotionArgs { stages, start, shapes, motions });
         }
         if let Some(held) = &start.held {
             held.hold(kernels, record, motions);
         }
         first.record(stages, record, motions);
         let first = first.poses(stages);
-        kernels.boxes.call(record, bodies, BoundArgs { stages, first, shapes, motions });
+        kernels.boxes.call(record, bodies, BodyBoxesArgs { stages, first, shapes, motions });
     }
 
     /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images

@@ -12,14 +12,14 @@ use super::candidates::{Carry, FindOld, Inside, Store};
 use super::effect::{self, Farthest, Pushes};
 use super::first::Carried;
 use super::growing::{Divide, Grow};
-use super::heat::{self, Warm};
+use super::heat::{self, RandomLoads};
 use super::held::HeldKernels;
-use super::motions::{Bound, FromMiddle, Propel};
+use super::motions::{BodyBoxes, FreeMotion, MiddleMotion};
 use super::narrow_phase::{Narrow, Overlaps};
 use super::near::Stretch;
 use super::passing::{Passing, Stray};
 use super::row_set::{Append, Count, IncidenceCount, IncidenceFill, Move, Recall, Remember, Target, Tighten};
-use super::trial::{Accept, Arrive, Reach, Sweep};
+use super::trial::{Accept, Arrive, Sweep, TrialMove};
 use super::walls::{Adjoin, Blocks, FindPlaces, NarrowPlaces, Turn};
 use super::warm::ONLY_DIRECTION;
 use crate::constraint::LEAST_ALIGNED;
@@ -130,12 +130,12 @@ pub(super) fn moved(setup: &Setup, name: &str, element: &str, per_row: u32) -> S
 kernels! {
     /// The kernels of a step.
     pub(super) struct Kernels for setup: &Setup {
-        motion: Propel = motion(setup, setup.makes_loads()),
-        boxes: Bound = with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
+        motion: FreeMotion = motion(setup, setup.makes_loads()),
+        boxes: BodyBoxes = with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
         sweep: Sweep = with_bodies(setup, "sweep").include(fragment!("broad_phase/sweep.wgsl")),
         inside: Inside = reporting(base(setup, "inside")).include(fragment!("broad_phase/inside.wgsl")),
         store: Store = base(setup, "store").include(fragment!("broad_phase/store.wgsl")),
-        trial: Reach = with_factor(setup, "trial").include(fragment!("dynamics/trial.wgsl")),
+        trial: TrialMove = with_factor(setup, "trial").include(fragment!("dynamics/trial.wgsl")),
         accept: Accept = base(setup, "accept").include(fragment!("dynamics/accept.wgsl")),
         /// One for each pair of families that the scene's shapes make.
         narrow: Vec<Narrow> = narrow_sources(setup),
@@ -170,7 +170,7 @@ kernels! {
         /// Where a cell changes.
         carried: Option<Carried> = setup.strain.map(|_| sheared::carried(setup)),
         /// Where there is Brownian motion.
-        heat: Option<Warm> = heat::source(setup),
+        heat: Option<RandomLoads> = heat::source(setup),
         /// Where bodies are fixed.
         held: Option<HeldKernels> = setup.fixed.then_some(setup),
         /// Where pairs have the paper's rows.
@@ -215,7 +215,7 @@ kernels! {
         /// Where pairs have the paper's rows.
         rows: Option<MiddleRowKernels> = (setup.branches == 0).then_some(setup),
         /// The motion over the step, where bodies have inertia.
-        middle: Option<FromMiddle> =
+        middle: Option<MiddleMotion> =
             setup.inertia().then(|| match damping(setup) {
                 Some(source) => source("middle").include(fragment!("dynamics/damped_middle.wgsl")),
                 None => turned(setup, "middle").include(fragment!("dynamics/middle.wgsl")),

@@ -9,7 +9,7 @@ use super::states::Shapes;
 use crate::gpu::{Buffer, Recorder, functions};
 
 functions! {
-    pub(super) Reach = struct ReachArgs<'a> {
+    pub(super) TrialMove = struct TrialMoveArgs<'a> {
         stages: Stages<'a>, start: &'a Poses, velocities: &'a Buffer, motions: &'a Motions, trial: &'a Poses,
     }
     pub(super) Sweep = struct SweepArgs<'a> {
@@ -49,7 +49,7 @@ impl Stages<'_> {
     /// Records the move to `C(U)` over the present part, from the step's start.
     pub(super) fn record_move(self, record: &mut Recorder<'_>, motions: &Motions, velocities: &Buffer, trial: &Poses) {
         let (stages, start) = (self, self.states.start());
-        self.kernels.trial.call(record, self.start.bodies, ReachArgs { stages, start, velocities, motions, trial });
+        self.kernels.trial.call(record, self.start.bodies, TrialMoveArgs { stages, start, velocities, motions, trial });
     }
 
     /// Records boxes that hold the bodies where first rows are made and at the trial.

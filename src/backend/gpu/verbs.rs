@@ -1,7 +1,7 @@
 //! The verbs carried out.
 
 use super::Device;
-use super::motions::Propel;
+use super::motions::FreeMotion;
 use super::row_set::RowSet;
 use super::source;
 use super::start::{Part, Stages};
@@ -63,7 +63,7 @@ impl Device {
     /// Forces of a library's user.
     fn write_loads(&mut self) -> Result<(), Fault> {
         if !std::mem::replace(&mut self.motions.takes_loads, true) {
-            self.kernels.motion = Propel::make(&self.gpu, source::motion(&self.setup, true))?;
+            self.kernels.motion = FreeMotion::make(&self.gpu, source::motion(&self.setup, true))?;
         }
         let stages = self.stages();
         let bodies = self.download(stages.here(), stages.here_shapes())?;

@@ -145,7 +145,7 @@ fn a_middle_has_the_kernels_that_its_scene_needs() {
 }
 
 fn every_source(setup: &Setup) -> Vec<Source> {
-    Kernels::sources(setup).into_iter().chain(Propel::sources(motion(setup, true))).collect()
+    Kernels::sources(setup).into_iter().chain(FreeMotion::sources(motion(setup, true))).collect()
 }
 
 #[test]
