@@ -4,18 +4,32 @@
 
 use super::Setup;
 use super::ancestry::Ancestry;
-use super::source::GrowthKernels;
+use super::source::base;
 use super::start::Start;
 use super::states::{Poses, Shapes, States};
 use super::unrounded::split_length;
 use crate::dynamics::growth::Turn;
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays, functions};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Source, arrays, fragment, functions, kernels};
+use crate::shape::gpu::add_shapes_to;
 
 functions! {
     pub(super) Grow = struct GrowArgs<'a> { bodies: u64, shapes: &'a Shapes, own: &'a GrowthBuffers }
     pub(super) Divide = struct DivideArgs<'a> {
         divisions: u64, own: &'a GrowthBuffers, start: &'a Poses, shapes: &'a Shapes,
     }
+}
+
+kernels! {
+    /// The kernels of growth and division.
+    pub(super) struct GrowthKernels for setup: &Setup {
+        grow: Grow = with_lengths(setup, "grow").include(fragment!("dynamics/grow.wgsl")),
+        divide: Divide = with_lengths(setup, "divide").include(fragment!("dynamics/divide.wgsl")),
+    }
+}
+
+/// A source that knows shapes, and lengths that grow.
+fn with_lengths(setup: &Setup, name: &str) -> Source {
+    add_shapes_to(base(setup, name).real("LENGTH_PITCH", setup.length_pitch))
 }
 
 /// What the kernels of growth read that the host writes. The buffers are kept: new ones would make the device bind all

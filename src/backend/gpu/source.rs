@@ -11,7 +11,7 @@ use super::branch_source::BranchKernels;
 use super::candidates::{Carry, FindOld, Inside, Store};
 use super::effect::{self, Farthest, Pushes};
 use super::first::Carried;
-use super::growing::{Divide, Grow};
+use super::growing::GrowthKernels;
 use super::heat::{self, RandomLoads};
 use super::held::HeldKernels;
 use super::motions::{BodyBoxes, FreeMotion, MiddleMotion};
@@ -20,7 +20,7 @@ use super::near::Stretch;
 use super::passing::{Passing, Stray};
 use super::row_set::{Append, Count, IncidenceCount, IncidenceFill, Move, Recall, Remember, Target, Tighten};
 use super::trial::{Accept, Arrive, Sweep, TrialMove};
-use super::walls::{Adjoin, Blocks, FindPlaces, NarrowPlaces, Turn};
+use super::walls::WallKernels;
 use super::warm::ONLY_DIRECTION;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::{Dynamics, Force, LAST_STEP};
@@ -181,35 +181,6 @@ kernels! {
 }
 
 kernels! {
-    /// The kernels of growth and division.
-    pub(super) struct GrowthKernels for setup: &Setup {
-        grow: Grow = with_lengths(setup, "grow").include(fragment!("dynamics/grow.wgsl")),
-        divide: Divide = with_lengths(setup, "divide").include(fragment!("dynamics/divide.wgsl")),
-    }
-}
-
-kernels! {
-    /// The kernels of walls.
-    pub(super) struct WallKernels for setup: &Setup {
-        find: FindPlaces = separation::gpu::add_surfaces_to(numbers(with_bodies(setup, "places")), &setup.lattice)
-            .include(fragment!("walls/find.wgsl")),
-        adjoin: Adjoin = base(setup, "adjoin").include(fragment!("walls/adjoin.wgsl")),
-        narrow: NarrowPlaces = separation::gpu::add_places_to(
-            numbers(with_flags(with_bodies(setup, "separations from surfaces"))),
-            &setup.lattice,
-            &setup.shapes,
-        )
-        .include(fragment!("walls/narrow.wgsl")),
-        blocks: Blocks = numbers(base(setup, "blocks")).include(fragment!("walls/blocks.wgsl")),
-        /// Where walls move and steps have a middle.
-        turn: Option<Turn> = (setup.midpoint && setup.walls.move_in_time()).then(|| {
-            let source = numbers(with_bodies(setup, "normals of surfaces"));
-            separation::gpu::add_places_to(source, &setup.lattice, &setup.shapes).include(fragment!("walls/turn.wgsl"))
-        }),
-    }
-}
-
-kernels! {
     /// The kernels of the middle of a step.
     pub(super) struct MidpointKernels for setup: &Setup {
         /// Where pairs have the paper's rows.
@@ -263,11 +234,6 @@ pub(super) fn with_parts(source: Source) -> Source {
         .include(fragment!("dynamics/factor.wgsl"))
         .include(fragment!("dynamics/axis.wgsl"))
         .include(fragment!("constraint/part.wgsl"))
-}
-
-/// A source that knows shapes, and lengths that grow.
-fn with_lengths(setup: &Setup, name: &str) -> Source {
-    add_shapes_to(base(setup, name).real("LENGTH_PITCH", setup.length_pitch))
 }
 
 /// The kernel of pairs that may pass each other.

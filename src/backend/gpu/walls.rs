@@ -5,11 +5,11 @@
 use super::Setup;
 use super::candidates::Lists;
 use super::near::RowInputs;
-use super::source::WallKernels;
+use super::source::{base, numbers, with_bodies, with_flags};
 use super::states::Shapes;
 use crate::broad_phase::gpu::Boxes;
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan, functions};
-use crate::separation::gpu::surface_numbers;
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan, fragment, functions, kernels};
+use crate::separation::gpu::{add_places_to, add_surfaces_to, surface_numbers};
 use crate::walls::{AtSurface, Walls, surface_of};
 use crate::warm::Warm;
 
@@ -29,6 +29,27 @@ functions! {
         lists: &'a Lists, row_start: &'a Buffer, block_start: &'a Buffer,
     }
     pub(super) Turn = struct TurnArgs<'a> { first: u64, made: RowInputs<'a>, surfaces: &'a Buffer }
+}
+
+kernels! {
+    /// The kernels of walls.
+    pub(super) struct WallKernels for setup: &Setup {
+        find: FindPlaces = add_surfaces_to(numbers(with_bodies(setup, "places")), &setup.lattice)
+            .include(fragment!("walls/find.wgsl")),
+        adjoin: Adjoin = base(setup, "adjoin").include(fragment!("walls/adjoin.wgsl")),
+        narrow: NarrowPlaces = add_places_to(
+            numbers(with_flags(with_bodies(setup, "separations from surfaces"))),
+            &setup.lattice,
+            &setup.shapes,
+        )
+        .include(fragment!("walls/narrow.wgsl")),
+        blocks: Blocks = numbers(base(setup, "blocks")).include(fragment!("walls/blocks.wgsl")),
+        /// Where walls move and steps have a middle.
+        turn: Option<Turn> = (setup.midpoint && setup.walls.move_in_time()).then(|| {
+            let source = numbers(with_bodies(setup, "normals of surfaces"));
+            add_places_to(source, &setup.lattice, &setup.shapes).include(fragment!("walls/turn.wgsl"))
+        }),
+    }
 }
 
 /// Places of bodies at surfaces and pairs at most: entries of lists are twice their numbers.
