@@ -43,9 +43,12 @@ pub struct Part {
 
 /// Parts of these names, which are values of WGSL types, or arrays where the type is empty.
 pub fn parts(of: &[(&'static str, &'static str)]) -> Vec<Part> {
-    let part = |(nth, (name, value)): (usize, &(&'static str, &'static str))| {
-        let whole = name.is_empty();
-        Part { name, full: String::new(), value, nth, whole }
+    let part = |(nth, (name, value)): (usize, &(&'static str, &'static str))| Part {
+        name,
+        full: String::new(),
+        value,
+        nth,
+        whole: false,
     };
     of.iter().enumerate().map(part).collect()
 }
@@ -55,19 +58,18 @@ pub const MOST_FIELDS: usize = 32;
 
 /// The parts of a struct of arguments.
 pub fn joined(fields: Vec<(&'static str, Vec<Part>)>) -> Vec<Part> {
-    let joined = |(field, (argument, parts)): (usize, (&str, Vec<Part>))| {
-        let of_field = move |part: Part| {
-            let full = match (part.full.is_empty(), part.name) {
-                (true, "") => argument.to_owned(),
-                (true, name) => format!("{argument}_{name}"),
-                (false, _) => part.full.clone(),
+    let mut all = Vec::new();
+    for (field, (argument, parts)) in fields.into_iter().enumerate() {
+        for part in parts {
+            let (full, whole) = match (part.full.is_empty(), part.name) {
+                (true, "") => (argument.to_owned(), true),
+                (true, name) => (format!("{argument}_{name}"), false),
+                (false, _) => (part.full, false),
             };
-            let whole = part.whole && part.full.is_empty();
-            Part { full, whole, nth: field + MOST_FIELDS * part.nth, ..part }
-        };
-        parts.into_iter().map(of_field).collect::<Vec<_>>()
-    };
-    fields.into_iter().enumerate().flat_map(joined).collect()
+            all.push(Part { full, whole, nth: field + MOST_FIELDS * part.nth, ..part });
+        }
+    }
+    all
 }
 
 /// The part that kernels know by a name.

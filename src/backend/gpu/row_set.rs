@@ -128,10 +128,9 @@ impl RowSet {
 
     fn make_first(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
         let (gpu, rows, problem) = (made.stages.gpu, self.next, &mut self.problem);
-        problem.pair.reserve(gpu, rows)?;
-        problem.jacobian.reserve(gpu, rows)?;
-        problem.q.reserve(gpu, rows)?;
-        problem.gamma.reserve(gpu, rows)?;
+        for of_rows in [&mut problem.pair, &mut problem.jacobian, &mut problem.q, &mut problem.gamma] {
+            of_rows.reserve(gpu, rows)?;
+        }
         self.take_starts(made.pairs(), rows);
         if self.branches.is_some() {
             return self.append_branches(record, made, true);
@@ -236,10 +235,6 @@ impl RowSet {
     ) -> Result<(), GpuError> {
         let old_rows = self.problem.rows;
         self.targets.reserve(gpu, old_rows)?;
-        self.spare_pair.reserve(gpu, rows)?;
-        self.spare_jacobian.reserve(gpu, rows)?;
-        self.spare_q.reserve(gpu, rows)?;
-        self.spare_gamma.reserve(gpu, rows)?;
         let problem = &mut self.problem;
         if old_pair.is_some() {
             // In the middle of a step pairs that had rows may be far apart and in no list any more.
@@ -257,6 +252,7 @@ impl RowSet {
             (&kernels.move_reals, &mut problem.gamma, &mut self.spare_gamma),
         ];
         for (kernel, from, to) in moves {
+            to.reserve(gpu, rows)?;
             kernel.call(record, old_rows, MoveArgs { rows: old_rows, targets, source: from, moved: to });
             std::mem::swap(from, to);
         }
