@@ -1,12 +1,10 @@
-// Writes the two entries of every pair to their positions in the lists of its bodies.
-struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> first: array<u32>;
-@group(0) @binding(3) var<storage, read> found: array<u32>;
-@group(0) @binding(4) var<storage, read> entries: array<u32>;
-@group(0) @binding(5) var<storage, read> own: array<u32>;
-@group(0) @binding(6) var<storage, read_write> adjacency: array<u32>;
+// Brings the two entries of every pair to their places in the lists of its bodies.
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> first: array<u32>;
+var<storage, read> keys: array<u32>;
+var<storage, read> entries: array<u32>;
+var<storage, read> own: array<u32>;
+var<storage, read_write> adjacency: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -15,8 +13,8 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let k = invocation(group, groups, local);
-    if k >= parameters.pairs { return; }
-    let body = found[k];
+    if k >= parameters.count { return; }
+    let body = keys[k];
     let entry = entries[k];
     let later = entry / 2u >= first[body];
     adjacency[k + first[body + select(0u, 1u, later)]] = entry;

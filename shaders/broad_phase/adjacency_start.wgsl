@@ -2,14 +2,12 @@
 // that the body found.
 //
 // The list of a body ascends: pairs that earlier bodies found, its own, pairs that later bodies found.
-struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> first: array<u32>;
+var<storage, read> first: array<u32>;
 // Sorted by the body that was found, then by pair.
-@group(0) @binding(2) var<storage, read> found: array<u32>;
-@group(0) @binding(3) var<storage, read> entries: array<u32>;
-@group(0) @binding(4) var<storage, read_write> starts: array<u32>;
-@group(0) @binding(5) var<storage, read_write> own: array<u32>;
+var<storage, read> keys: array<u32>;
+var<storage, read> entries: array<u32>;
+var<storage, read_write> adjacency_start: array<u32>;
+var<storage, read_write> own: array<u32>;
 
 // The first position whose body is `body` or later and, if it is `body`, whose entry is not below `entry`.
 fn place(body: u32, entry: u32) -> u32 {
@@ -17,7 +15,7 @@ fn place(body: u32, entry: u32) -> u32 {
     var high = parameters.pairs;
     while low < high {
         let middle = (low + high) / 2u;
-        if found[middle] < body || (found[middle] == body && entries[middle] < entry) {
+        if keys[middle] < body || (keys[middle] == body && entries[middle] < entry) {
             low = middle + 1u;
         } else {
             high = middle;
@@ -34,6 +32,6 @@ fn main(
 ) {
     let i = invocation(group, groups, local);
     if i > parameters.bodies { return; }
-    starts[i] = first[i] + place(i, 0u);
+    adjacency_start[i] = first[i] + place(i, 0u);
     if i < parameters.bodies { own[i] = place(i, 2u * first[i]); }
 }

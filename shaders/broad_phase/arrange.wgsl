@@ -1,9 +1,7 @@
-// Moves pairs to their positions in the sorted order.
-struct Parameters { pairs: u32, unused_0: u32, unused_1: u32, unused_2: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> found: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> places: array<u32>;
-@group(0) @binding(3) var<storage, read_write> pairs: array<vec2<u32>>;
+// Brings pairs to their places in the order that they were sorted into.
+var<storage, read> found: array<vec2<u32>>;
+var<storage, read> places: array<u32>;
+var<storage, read_write> pairs: array<vec2<u32>>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -12,6 +10,6 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let k = invocation(group, groups, local);
-    if k >= parameters.pairs { return; }
+    if k >= parameters.count { return; }
     pairs[k] = found[places[k]];
 }

@@ -1,13 +1,10 @@
 // The box of each body at the step's start, or in its middle. It is widened by half the cutoff and by the rest of the
 // body's own free motion in the step. The fourth number bounds the box at every orientation.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(2) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(3) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(4) var<storage, read_write> boxes: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> boxes: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,12 +1,10 @@
 // The size class of every box, zero for a box that touches nothing, and the survey of all classes. The result does not
 // depend on the order of its atomics.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> boxes: array<vec4r>;
-@group(0) @binding(4) var<storage, read_write> classes: array<u32>;
-@group(0) @binding(5) var<storage, read_write> survey: array<atomic<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> boxes: array<vec4r>;
+var<storage, read_write> classes: array<u32>;
+var<storage, read_write> survey: array<atomic<u32>>;
 
 fn is_length(x: real) -> bool {
     return is_finite(x) && x >= 0.0;

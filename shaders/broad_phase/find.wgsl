@@ -1,19 +1,18 @@
-// The pairs that every body finds: first counted, then written by the same code. A body searches the cells of its own
-// level that come after its own, z before y before x, and all cells of coarser levels that it can touch.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
+// The pairs that every body finds: first counted, then, by the same code, written. A body looks through those cells of
+// its own level that come after its own, z before y before x, and through all cells that it can touch of the coarser
+// levels.
 // In the order of columns; the last word is body and level.
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> boxes: array<vec4r>;
-// The offset of every column.
-@group(0) @binding(4) var<storage, read> starts: array<u32>;
-@group(0) @binding(5) var<storage, read> survey: array<u32>;
-// By body: the number of pairs that it found, or their offset.
-@group(0) @binding(6) var<storage, read_write> list: array<u32>;
-@group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> boxes: array<vec4r>;
+// Where every column begins.
+var<storage, read> starts: array<u32>;
+var<storage, read> survey: array<u32>;
+// By body: how many pairs it found, or where they go.
+var<storage, read_write> list: array<u32>;
+var<storage, read_write> pairs: array<vec2<u32>>;
 // Faults, and the pairs that crowded bodies found.
-@group(0) @binding(8) var<storage, read_write> crowds: array<atomic<u32>, 2>;
+var<storage, read_write> crowds: array<atomic<u32>, 2>;
 
 // Whether the box of the `q`th body touches this one. The slack is more than all roundings of this and of what was
 // rounded to `real` before it.

@@ -1,16 +1,14 @@
-// As find.wgsl, in periodic space: the cells of a search wrap around, each visited once, and the body with the lower
-// index finds a pair within a level.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
+// As find.wgsl, in periodic space: the cells that a body looks through go round, each of them once, and a pair of one
+// level is found by the body of the lower number.
 // In one cell of space and in the order of columns; the last word is body and level.
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> boxes: array<vec4r>;
-@group(0) @binding(4) var<storage, read> starts: array<u32>;
-@group(0) @binding(5) var<storage, read> survey: array<u32>;
-@group(0) @binding(6) var<storage, read_write> list: array<u32>;
-@group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
-@group(0) @binding(8) var<storage, read_write> crowds: array<atomic<u32>, 2>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> boxes: array<vec4r>;
+var<storage, read> starts: array<u32>;
+var<storage, read> survey: array<u32>;
+var<storage, read_write> list: array<u32>;
+var<storage, read_write> pairs: array<vec2<u32>>;
+var<storage, read_write> crowds: array<atomic<u32>, 2>;
 
 // Additional lattice cells of a search: for two remainders of two and a half pitches, and a fractional period.
 const WRAPPED_SLACK: u32 = 6u;

@@ -1,11 +1,9 @@
 // For every pair, the body that was found in it, and its entry in that body's list.
-struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-// The offset of the pairs that a body found.
-@group(0) @binding(2) var<storage, read> first: array<u32>;
-@group(0) @binding(3) var<storage, read_write> found: array<u32>;
-@group(0) @binding(4) var<storage, read_write> entries: array<u32>;
+var<storage, read> pairs: array<vec2<u32>>;
+// Where the pairs that a body found begin.
+var<storage, read> first: array<u32>;
+var<storage, read_write> keys: array<u32>;
+var<storage, read_write> entries: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -14,9 +12,9 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let k = invocation(group, groups, local);
-    if k >= parameters.pairs { return; }
+    if k >= parameters.count { return; }
     let pair = pairs[k];
     let side = select(0u, 1u, first[pair.x] <= k && k < first[pair.x + 1u]);
-    found[k] = pair[side];
+    keys[k] = pair[side];
     entries[k] = 2u * k + side;
 }

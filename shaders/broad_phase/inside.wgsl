@@ -1,16 +1,13 @@
 // Whether every body's box still lies inside its stored box, so that the list of candidate pairs is complete; and the
 // largest radius of a box.
 
-struct Parameters { bodies: u32, has_list: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> boxes: array<vec4r>;
-@group(0) @binding(4) var<storage, read> stored_cells: array<vec4<i32>>;
-@group(0) @binding(5) var<storage, read> stored_remainders: array<vec4r>;
-@group(0) @binding(6) var<storage, read> stored_boxes: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> report: Report;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> boxes: array<vec4r>;
+var<storage, read> stored_cells: array<vec4<i32>>;
+var<storage, read> stored_remainders: array<vec4r>;
+var<storage, read> stored_boxes: array<vec4r>;
+var<storage, read_write> report: Report;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,12 +1,10 @@
-// The column of every body, and the number of bodies in each column.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> classes: array<u32>;
-@group(0) @binding(3) var<storage, read> survey: array<u32>;
-@group(0) @binding(4) var<storage, read_write> columns: array<u32>;
-@group(0) @binding(5) var<storage, read_write> bodies: array<u32>;
-@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>;
+// The column of every body, and how many bodies each column has.
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> classes: array<u32>;
+var<storage, read> survey: array<u32>;
+var<storage, read_write> columns: array<u32>;
+var<storage, read_write> members: array<u32>;
+var<storage, read_write> counts: array<atomic<u32>>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -21,6 +19,6 @@ fn main(
     let cell = grid_cell(cells[i].xyz, level);
     let column = (row(level, cell.y, cell.z) + bitcast<u32>(cell.x)) & parameters.mask;
     columns[i] = column;
-    bodies[i] = i | (level << LEVEL_SHIFT);
+    members[i] = i | (level << LEVEL_SHIFT);
     atomicAdd(&counts[column], 1u);
 }

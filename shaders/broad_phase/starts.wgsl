@@ -1,9 +1,7 @@
-// The offset of the pairs of every first body, and the end.
-struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
+// Where the pairs of every first body begin, and where the last one's end.
 // The first bodies of the pairs, ascending.
-@group(0) @binding(1) var<storage, read> bodies: array<u32>;
-@group(0) @binding(2) var<storage, read_write> first: array<u32>;
+var<storage, read> keys: array<u32>;
+var<storage, read_write> first: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -17,7 +15,7 @@ fn main(
     var high = parameters.pairs;
     while low < high {
         let middle = (low + high) / 2u;
-        if bodies[middle] < i { low = middle + 1u; } else { high = middle; }
+        if keys[middle] < i { low = middle + 1u; } else { high = middle; }
     }
     first[i] = low;
 }

@@ -1,16 +1,13 @@
 // Widens each body's box, about its position at the step's start or in its middle, so that it also contains the body at
 // the trial. A negative radius marks a box that is not finite.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> trial_cells: array<vec4<i32>>;
-@group(0) @binding(4) var<storage, read> trial_remainders: array<vec4r>;
-@group(0) @binding(5) var<storage, read> trial_orientations: array<vec4r>;
-@group(0) @binding(6) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> boxes: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> trial_cells: array<vec4<i32>>;
+var<storage, read> trial_remainders: array<vec4r>;
+var<storage, read> trial_orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read_write> boxes: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,11 +1,9 @@
 // Moves bodies into one cell of periodic space: along a periodic axis to lattice cells from 0 to PERIOD_CELLS + 1. Open
 // axes keep their coordinates. Remainders grow to two and a half pitches at most.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read_write> wrapped_cells: array<vec4<i32>>;
-@group(0) @binding(4) var<storage, read_write> wrapped_remainders: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read_write> wrapped_cells: array<vec4<i32>>;
+var<storage, read_write> wrapped_remainders: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

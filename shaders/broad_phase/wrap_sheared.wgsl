@@ -1,10 +1,8 @@
 // As wrap.wgsl, in a sheared cell: first across the gradient, then along the other axes.
-struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read_write> wrapped_cells: array<vec4<i32>>;
-@group(0) @binding(4) var<storage, read_write> wrapped_remainders: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read_write> wrapped_cells: array<vec4<i32>>;
+var<storage, read_write> wrapped_remainders: array<vec4r>;
 
 // The number of periods by which a cell is below or above the target cell: at most one is counted.
 fn beyond(cell: vec3<i32>) -> vec3<i32> {

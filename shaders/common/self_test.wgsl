@@ -1,5 +1,5 @@
-// Each invocation writes a number computed from its index, and the number of iterations of its loop.
-@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+// Each invocation writes a number made from its index, and how many rounds its loop made.
+var<storage, read_write> out: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(local_invocation_index) local: u32) {

@@ -2,18 +2,15 @@
 // velocities lead at the end of the step: g(U_last) = Phi(C(U_last)). A change above MOST_AIMED is not curvature: then
 // the offset stays.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> pairs: array<vec2<u32>>;
 // The start of the step, with the velocities of the last one.
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(5) var<storage, read> twists: array<vec4r>;
-@group(0) @binding(6) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(7) var<storage, read> row_start: array<u32>;
-@group(0) @binding(8) var<storage, read_write> staged: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> twists: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> row_start: array<u32>;
+var<storage, read_write> staged: array<vec4r>;
 
 fn body_at_end(i: u32) -> Placed {
     let start = Orientation(orientations[2u * i], orientations[2u * i + 1u]);

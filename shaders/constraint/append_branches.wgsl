@@ -1,16 +1,13 @@
 // Makes the rows of all staged contacts, each with the number of its branch and whether it is a first row.
 
-struct Parameters { pairs: u32, first: u32, bodies: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> row_start: array<u32>;
-@group(0) @binding(3) var<storage, read> staged: array<vec4r>;
-@group(0) @binding(4) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> row_pairs: array<vec2<u32>>;
-@group(0) @binding(6) var<storage, read_write> jacobian: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> q: array<real>;
-@group(0) @binding(8) var<storage, read_write> features: array<u32>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> row_start: array<u32>;
+var<storage, read> staged: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> row_pairs: array<vec2<u32>>;
+var<storage, read_write> jacobian: array<vec4r>;
+var<storage, read_write> q: array<real>;
+var<storage, read_write> features: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -2,25 +2,22 @@
 // and to each branch that ended the last step with a multiplier. At a trial a row goes to each branch that violates.
 // The mask replaces the fourth number beside the lever of the first body.
 
-struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
 // The velocities of the last step.
-@group(0) @binding(6) var<storage, read> twists: array<vec4r>;
-@group(0) @binding(7) var<storage, read> remembered: array<real>;
-@group(0) @binding(8) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> start_twists: array<vec4r>;
+var<storage, read> remembered: array<real>;
+var<storage, read_write> contacts: array<vec4r>;
 
 fn body_at(i: u32) -> Placed {
     return placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]);
 }
 
 fn turning(i: u32, body: Placed) -> vec3r {
-    return last_turning(shapes[i], body.orientation, twists[2u * i + 1u].xyz);
+    return last_turning(shapes[i], body.orientation, start_twists[2u * i + 1u].xyz);
 }
 
 fn rows_of(p: u32) -> u32 {
@@ -41,7 +38,7 @@ fn rows_of(p: u32) -> u32 {
         if remembered[BRANCHES * p + k] > 0.0 { pushed |= 1u << k; }
     }
     let turned = parameters.dt * (turning(b, body_b) - turning(a, body_a));
-    let slid = parameters.dt * length(twists[2u * b].xyz - twists[2u * a].xyz);
+    let slid = parameters.dt * length(start_twists[2u * b].xyz - start_twists[2u * a].xyz);
     let slack = branch_slack(body_a, body_b, contact.xyz, turned, slid);
     return branches_within(delta, body_a, body_b, contact.w, contacts[3u * p + 1u].w, contact.w + slack, pushed);
 }

@@ -1,13 +1,10 @@
 // Copies the memory of each pair, and its number of rows, from an old list of pairs to a new one.
 
-struct Parameters { pairs: u32, has_rows: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> old_pair: array<u32>;
-@group(0) @binding(2) var<storage, read> old_contacts: array<vec4r>;
-@group(0) @binding(3) var<storage, read> old_start: array<u32>;
-@group(0) @binding(4) var<storage, read_write> contacts: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> counts: array<u32>;
+var<storage, read> old_pair: array<u32>;
+var<storage, read> old_contacts: array<vec4r>;
+var<storage, read> old_row_start: array<u32>;
+var<storage, read_write> contacts: array<vec4r>;
+var<storage, read_write> counts: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -27,6 +24,6 @@ fn main(
         contacts[3u * p + k] = old_contacts[3u * old + k];
     }
     if parameters.has_rows != 0u {
-        counts[p] = old_start[old + 1u] - old_start[old];
+        counts[p] = old_row_start[old + 1u] - old_row_start[old];
     }
 }

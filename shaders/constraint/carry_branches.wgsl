@@ -1,11 +1,8 @@
 // Copies the multipliers of each pair's branches from an old list of pairs to a new one.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> old_pair: array<u32>;
-@group(0) @binding(2) var<storage, read> old_remembered: array<real>;
-@group(0) @binding(3) var<storage, read_write> remembered: array<real>;
+var<storage, read> old_pair: array<u32>;
+var<storage, read> old_remembered: array<real>;
+var<storage, read_write> remembered: array<real>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,11 +1,8 @@
 // How many rows each pair will have: those it has, and one more where its flag is at least the threshold.
 
-struct Parameters { pairs: u32, has_rows: u32, threshold: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> contacts: array<vec4r>;
-@group(0) @binding(2) var<storage, read> row_start: array<u32>;
-@group(0) @binding(3) var<storage, read_write> counts: array<u32>;
+var<storage, read> contacts: array<vec4r>;
+var<storage, read> row_start: array<u32>;
+var<storage, read_write> counts: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,14 +1,11 @@
 // The index of each pair of a new list in the old list, or NONE. The search covers the old pairs of the body with fewer
 // pairs, or of the first body if the second is a surface.
 
-struct Parameters { pairs: u32, old_bodies: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> old_pairs: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read> old_start: array<u32>;
-@group(0) @binding(4) var<storage, read> old_adjacency: array<u32>;
-@group(0) @binding(5) var<storage, read_write> old_pair: array<u32>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> old_pairs: array<vec2<u32>>;
+var<storage, read> old_start: array<u32>;
+var<storage, read> old_adjacency: array<u32>;
+var<storage, read_write> old_pair: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

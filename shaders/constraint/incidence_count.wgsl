@@ -1,12 +1,9 @@
 // The number of rows of each body.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> adjacency_start: array<u32>;
-@group(0) @binding(2) var<storage, read> adjacency: array<u32>;
-@group(0) @binding(3) var<storage, read> row_start: array<u32>;
-@group(0) @binding(4) var<storage, read_write> counts: array<u32>;
+var<storage, read> adjacency_start: array<u32>;
+var<storage, read> adjacency: array<u32>;
+var<storage, read> row_start: array<u32>;
+var<storage, read_write> counts: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,14 +1,11 @@
 // The first row of the same branch that each staged contact may tighten: one and its place, or zero.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> row_start: array<u32>;
-// The offsets of the rows, with room for the staged contacts.
-@group(0) @binding(2) var<storage, read> next_start: array<u32>;
-@group(0) @binding(3) var<storage, read> features: array<u32>;
-@group(0) @binding(4) var<storage, read> staged: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> partners: array<u32>;
+var<storage, read> row_start: array<u32>;
+// Where the rows will begin, with room for the staged contacts.
+var<storage, read> next_start: array<u32>;
+var<storage, read> features: array<u32>;
+var<storage, read> staged: array<vec4r>;
+var<storage, read_write> partners: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,12 +1,9 @@
 // Moves the rows of one array to their targets; a row without a target is dropped. Element is the array's type, PER_ROW
 // the number of elements of a row.
 
-struct Parameters { rows: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> targets: array<u32>;
-@group(0) @binding(2) var<storage, read> source: array<Element>;
-@group(0) @binding(3) var<storage, read_write> moved: array<Element>;
+var<storage, read> targets: array<u32>;
+var<storage, read> source: array<Element>;
+var<storage, read_write> moved: array<Element>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,14 +1,11 @@
 // Starts the first rows of the whole step, one for each near pair, from the last multipliers of the first half's rows,
 // and marks them.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> old_start: array<u32>;
-@group(0) @binding(2) var<storage, read> old_gamma: array<real>;
-@group(0) @binding(3) var<storage, read> row_start: array<u32>;
-@group(0) @binding(4) var<storage, read_write> gamma: array<real>;
-@group(0) @binding(5) var<storage, read_write> is_first: array<real>;
+var<storage, read> old_start: array<u32>;
+var<storage, read> old_gamma: array<real>;
+var<storage, read> row_start: array<u32>;
+var<storage, read_write> gamma: array<real>;
+var<storage, read_write> is_first: array<real>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

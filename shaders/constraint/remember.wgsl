@@ -1,12 +1,9 @@
 // The warm start of the next step: the sum of each pair's multipliers. No search starts from the normal of a pair
 // without rows.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> row_start: array<u32>;
-@group(0) @binding(2) var<storage, read> gamma: array<real>;
-@group(0) @binding(3) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> row_start: array<u32>;
+var<storage, read> gamma: array<real>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,14 +1,11 @@
 // The warm start of the next part of a step: the sums of each pair's multipliers, branch by branch. After an accepted
 // step, no search starts from the normal of a pair without rows.
 
-struct Parameters { pairs: u32, accepted: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> row_start: array<u32>;
-@group(0) @binding(2) var<storage, read> gamma: array<real>;
-@group(0) @binding(3) var<storage, read> features: array<u32>;
-@group(0) @binding(4) var<storage, read_write> remembered: array<real>;
-@group(0) @binding(5) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> row_start: array<u32>;
+var<storage, read> gamma: array<real>;
+var<storage, read> features: array<u32>;
+var<storage, read_write> remembered: array<real>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

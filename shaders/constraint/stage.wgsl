@@ -2,17 +2,14 @@
 // separation), (lever of a, 0), (lever of b, one and the branch's number). The last number is zero at the other
 // positions of the range.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(6) var<storage, read> contacts: array<vec4r>;
-@group(0) @binding(7) var<storage, read> row_start: array<u32>;
-@group(0) @binding(8) var<storage, read_write> staged: array<vec4r>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> contacts: array<vec4r>;
+var<storage, read> row_start: array<u32>;
+var<storage, read_write> staged: array<vec4r>;
 
 fn body_at(i: u32) -> Placed {
     return placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]);

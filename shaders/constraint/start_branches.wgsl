@@ -2,13 +2,10 @@
 // last part of a step; the multipliers of branches without a row go to the pair's nearest row. Other rows start from
 // zero.
 
-struct Parameters { pairs: u32, first: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> row_start: array<u32>;
-@group(0) @binding(2) var<storage, read> staged: array<vec4r>;
-@group(0) @binding(3) var<storage, read> remembered: array<real>;
-@group(0) @binding(4) var<storage, read_write> gamma: array<real>;
+var<storage, read> row_start: array<u32>;
+var<storage, read> staged: array<vec4r>;
+var<storage, read> remembered: array<real>;
+var<storage, read_write> gamma: array<real>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,13 +1,10 @@
 // The new position of each row when pairs get more rows or other positions. The rows of a pair keep their order, at the
 // front of its new range. A target is the position plus one; zero for rows whose pair has no new position.
 
-struct Parameters { pairs: u32, mapped: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> old_start: array<u32>;
-@group(0) @binding(2) var<storage, read> new_start: array<u32>;
-@group(0) @binding(3) var<storage, read> old_pair: array<u32>;
-@group(0) @binding(4) var<storage, read_write> targets: array<u32>;
+var<storage, read> old_start: array<u32>;
+var<storage, read> new_start: array<u32>;
+var<storage, read> old_pair: array<u32>;
+var<storage, read_write> targets: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -5,17 +5,14 @@
 // if that row was made from the pair's near surfaces, has the direction of the row that the overlap would have, and
 // becomes tighter. Such a pair is near then and no longer violating: the others get a row.
 
-struct Parameters { pairs: u32, bodies: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> row_start: array<u32>;
-@group(0) @binding(2) var<storage, read> is_first: array<real>;
-@group(0) @binding(3) var<storage, read> row_pairs: array<vec2<u32>>;
-@group(0) @binding(4) var<storage, read> jacobian: array<vec4r>;
-@group(0) @binding(5) var<storage, read> velocities: array<vec4r>;
-@group(0) @binding(6) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> q: array<real>;
-@group(0) @binding(8) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> row_start: array<u32>;
+var<storage, read> is_first: array<real>;
+var<storage, read> row_pairs: array<vec2<u32>>;
+var<storage, read> jacobian: array<vec4r>;
+var<storage, read> velocities: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> q: array<real>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,16 +1,13 @@
 // Moves the offset of the first row of each staged contact, so that the row is exact at the trial, as tighten.wgsl
 // does; marks contacts whose row moved.
 
-struct Parameters { places: u32, bodies: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> staged: array<vec4r>;
-@group(0) @binding(2) var<storage, read> row_pairs: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read> jacobian: array<vec4r>;
-@group(0) @binding(4) var<storage, read> velocities: array<vec4r>;
-@group(0) @binding(5) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> q: array<real>;
-@group(0) @binding(7) var<storage, read_write> partners: array<u32>;
+var<storage, read> staged: array<vec4r>;
+var<storage, read> row_pairs: array<vec2<u32>>;
+var<storage, read> jacobian: array<vec4r>;
+var<storage, read> velocities: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> q: array<real>;
+var<storage, read_write> partners: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

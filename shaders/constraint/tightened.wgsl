@@ -1,12 +1,9 @@
 // Removes the branches whose row was tightened from each pair's mask; the others get a row.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> next_start: array<u32>;
-@group(0) @binding(2) var<storage, read> staged: array<vec4r>;
-@group(0) @binding(3) var<storage, read> partners: array<u32>;
-@group(0) @binding(4) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> next_start: array<u32>;
+var<storage, read> staged: array<vec4r>;
+var<storage, read> partners: array<u32>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,10 +1,7 @@
 // The velocities of an accepted step.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(2) var<storage, read_write> twists: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> twists: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,17 +1,14 @@
 // The configuration to which the velocities of the last step lead in the part AHEAD of this one, from its start: first
 // rows are linearised there. That part of the velocity counts as the velocity that led there.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(4) var<storage, read> twists: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> motions: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> ahead_cells: array<vec4<i32>>;
-@group(0) @binding(7) var<storage, read_write> ahead_remainders: array<vec4r>;
-@group(0) @binding(8) var<storage, read_write> ahead_orientations: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> twists: array<vec4r>;
+var<storage, read_write> motions: array<vec4r>;
+var<storage, read_write> ahead_cells: array<vec4<i32>>;
+var<storage, read_write> ahead_remainders: array<vec4r>;
+var<storage, read_write> ahead_orientations: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,11 +1,11 @@
 // The extension of a bond (src/dynamics/bonds has the equations). Its points are given in body axes, with the stiffness
 // after the first and the length after the second.
 
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(4) var<storage, read> bonds: array<vec4r>;
-@group(0) @binding(5) var<storage, read> ends: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> bonds: array<vec4r>;
+var<storage, read> ends: array<vec2<u32>>;
 
 // From a body's centre to its point of a bond, space axes.
 fn arm_of(point: vec3r, body: u32) -> vec3r {

@@ -1,13 +1,11 @@
 // Adds the loads of bonds to those of each body: k (1 - l / |way|) way at the first point, the opposite
 // at the other. Bonds are summed in the order of their indices.
 
-struct Parameters { bodies: u32, adds: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(6) var<storage, read> broken: array<u32>;
-// The offset of each body's entries, the end, and the entries: twice a bond's index, plus one at its second body.
-@group(0) @binding(7) var<storage, read> incident: array<u32>;
-@group(0) @binding(8) var<storage, read_write> loads: array<vec4r>;
+var<storage, read> broken: array<u32>;
+// Where the entries of each body begin, where those of the last one end, and the entries: twice a bond's number, and
+// one more at its second body.
+var<storage, read> incident: array<u32>;
+var<storage, read_write> loads: array<vec4r>;
 
 fn pull_of(bond: u32, way: vec3r) -> vec3r {
     let stiffness = bonds[2u * bond].w;

@@ -1,11 +1,8 @@
 // A bond whose tension k (|way| - l) exceeds its strength breaks for good; one with a negative strength never
 // breaks.
 
-struct Parameters { bonds: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(6) var<storage, read> strengths: array<real>;
-@group(0) @binding(7) var<storage, read_write> broken: array<u32>;
+var<storage, read> strengths: array<real>;
+var<storage, read_write> broken: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

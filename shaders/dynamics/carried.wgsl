@@ -2,20 +2,13 @@
 // linearised there, so that they do not depend on the images of bodies. The flow's velocity counts as the velocity that
 // led there.
 
-struct Parameters {
-    bodies: u32, a: u32, b: u32, c: u32,
-    dt: real, root_dt: real,
-    strain_x: real, strain_y: real, strain_z: real,
-}
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(4) var<storage, read_write> motions: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> ahead_cells: array<vec4<i32>>;
-@group(0) @binding(6) var<storage, read_write> ahead_remainders: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> ahead_orientations: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read_write> motions: array<vec4r>;
+var<storage, read_write> ahead_cells: array<vec4<i32>>;
+var<storage, read_write> ahead_remainders: array<vec4r>;
+var<storage, read_write> ahead_orientations: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -26,7 +19,7 @@ fn main(
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
     let position = vec3r(cells[i].xyz) * PITCH + remainders[i].xyz;
-    var linear = vec3r(parameters.strain_x, parameters.strain_y, parameters.strain_z) * position;
+    var linear = parameters.strain * position;
     if PLANAR { linear.z = 0.0; }
     let first = MOTION * i;
     motions[first + 2u] = vec4r(linear, motions[first + 2u].w);

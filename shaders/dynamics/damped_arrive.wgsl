@@ -3,16 +3,13 @@
 // axes of the attitude that the step ends with. Rotations conserve the angular momentum in space, including the
 // contacts' share.
 
-struct Parameters { bodies: u32, by_middle: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(2) var<storage, read> start_twists: array<vec4r>;
-// The poses at which mobilities were evaluated, and at which the part ends.
-@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(5) var<storage, read> ended: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> twists: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read> start_twists: array<vec4r>;
+// Where mobilities were taken, and where the part ends.
+var<storage, read> here_orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> end_orientations: array<vec4r>;
+var<storage, read_write> end_twists: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -29,13 +26,13 @@ fn main(
         linear = after.kept * linear + (motions[first].xyz - after.kept * start_twists[2u * i].xyz);
     }
     let moments = moments_of(shapes[i]);
-    let here = unit_quaternion(orientations[2u * i], orientations[2u * i + 1u]);
+    let here = unit_quaternion(here_orientations[2u * i], here_orientations[2u * i + 1u]);
     var free = motions[first + 1u].xyz;
     if PLANAR {
         free = vec3r(0.0, 0.0, free.z);
     }
     let by_contact = momentum_of(moments, here, motions[first + 3u].xyz - free);
-    let end = unit_quaternion(ended[2u * i], ended[2u * i + 1u]);
+    let end = unit_quaternion(end_orientations[2u * i], end_orientations[2u * i + 1u]);
     var momentum = motions[first + 6u].xyz + by_contact;
     if parameters.by_middle > 0u {
         momentum = parts_of(end, after.turn_kept, momentum) + motions[first + 7u].xyz;
@@ -45,6 +42,6 @@ fn main(
         linear.z = 0.0;
         angular = vec3r(0.0, 0.0, angular.z);
     }
-    twists[2u * i] = vec4r(linear, 0.0);
-    twists[2u * i + 1u] = vec4r(angular, 0.0);
+    end_twists[2u * i] = vec4r(linear, 0.0);
+    end_twists[2u * i + 1u] = vec4r(angular, 0.0);
 }

@@ -2,13 +2,10 @@
 // impulses of half a step of the forces in the middle. Half of the drag and of the impulses comes before the move, and
 // half after it: the last vector of a motion is the impulse that is still to come.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(2) var<storage, read> twists: array<vec4r>;
-@group(0) @binding(3) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(4) var<storage, read_write> motions: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> twists: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read_write> motions: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

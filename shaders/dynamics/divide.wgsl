@@ -1,18 +1,15 @@
 // Divisions: a mother becomes the daughter at its lower end; the one at its upper end has a new index. The host
 // determines which cells divide, and their random rotations.
 
-struct Parameters { divisions: u32, a: u32, b: u32, c: u32 }
-
-// Three vectors per division: (mother, upper daughter, coarse length, fine length), and the turns of both daughters.
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> divisions: array<vec4r>;
-@group(0) @binding(2) var<storage, read> indices: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read_write> cells: array<vec4<i32>>;
-@group(0) @binding(4) var<storage, read_write> remainders: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> orientations: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> shapes: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> lengths: array<vec2r>;
-@group(0) @binding(8) var<storage, read_write> twists: array<vec4r>;
+// Three vectors a division: (mother, upper daughter, coarse length, fine length), and the turns of both daughters.
+var<storage, read> divisions: array<vec4r>;
+var<storage, read> indices: array<vec2<u32>>;
+var<storage, read_write> cells: array<vec4<i32>>;
+var<storage, read_write> remainders: array<vec4r>;
+var<storage, read_write> orientations: array<vec4r>;
+var<storage, read_write> shapes: array<vec4r>;
+var<storage, read_write> lengths: array<vec2r>;
+var<storage, read_write> twists: array<vec4r>;
 
 fn place(body: u32, cell: vec3<i32>, remainder: vec3r, shift: vec3r) {
     let moved = lattice_add(cell, remainder, shift);

@@ -1,13 +1,10 @@
 // Sets every growing body's length to that at the end of the step. The length has a coarse and a fine part, like
 // orientations, so that thousands of small increments accumulate.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read_write> shapes: array<vec4r>;
-@group(0) @binding(2) var<storage, read_write> lengths: array<vec2r>;
-// The relative growth of each body in a step.
-@group(0) @binding(3) var<storage, read> growths: array<real>;
+var<storage, read_write> shapes: array<vec4r>;
+var<storage, read_write> lengths: array<vec2r>;
+// What each body grows by in a step, as a part of its length.
+var<storage, read> growths: array<real>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

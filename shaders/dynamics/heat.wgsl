@@ -1,13 +1,10 @@
 // The random loads of Brownian motion (src/dynamics/thermal.rs has the equations), added to those of the host. The
 // scene defines `strength`.
 
-struct Parameters { bodies: u32, adds: u32, step_low: u32, step_high: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> ids: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(4) var<storage, read_write> loads: array<vec4r>;
+var<storage, read> ids: array<vec2<u32>>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read_write> loads: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,10 +1,7 @@
 // Bodies that do not move: their free velocity and their mobility are zero.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> is_fixed: array<u32>;
-@group(0) @binding(2) var<storage, read_write> motions: array<vec4r>;
+var<storage, read> is_fixed: array<u32>;
+var<storage, read_write> motions: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,12 +1,9 @@
 // Marks pairs without mobility, two fixed bodies or one and a wall, as far: they have no row and no overlap.
 
-struct Parameters { pairs: u32, flagged: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-// Flags of the first bodies; all later bodies move.
-@group(0) @binding(2) var<storage, read> is_fixed: array<u32>;
-@group(0) @binding(3) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> pairs: array<vec2<u32>>;
+// Of the first bodies: those after them move.
+var<storage, read> is_fixed: array<u32>;
+var<storage, read_write> contacts: array<vec4r>;
 
 fn is_held(body: u32) -> bool {
     return body < parameters.flagged && is_fixed[body] != 0u;

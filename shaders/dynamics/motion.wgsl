@@ -7,15 +7,14 @@
 // followed by a number of the body's axis where forces act (axis.wgsl), and with inertia the six numbers of the
 // rotational root and the angular momentum at the step's end.
 
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(5) var<storage, read> twists: array<vec4r>;
-@group(0) @binding(6) var<storage, read> groups_of: array<u32>;
-@group(0) @binding(7) var<storage, read> loads: array<vec4r>;
-@group(0) @binding(8) var<storage, read_write> motions: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> twists: array<vec4r>;
+var<storage, read> groups_of: array<u32>;
+var<storage, read> loads: array<vec4r>;
+var<storage, read_write> motions: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

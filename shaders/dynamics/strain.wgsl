@@ -1,7 +1,7 @@
 // The load of the flow of a cell whose lengths change on a body (src/dynamics/strain.rs has the equations): the
 // resistance to its velocities at the body.
 fn strain_load(position: vec3r, q: vec4r, shape: vec4r) -> Load {
-    let rates = vec3r(parameters.strain_x, parameters.strain_y, parameters.strain_z);
+    let rates = parameters.strain;
     let x = rotate_back(q, vec3r(1.0, 0.0, 0.0));
     let y = rotate_back(q, vec3r(0.0, 1.0, 0.0));
     let z = rotate_back(q, vec3r(0.0, 0.0, 1.0));

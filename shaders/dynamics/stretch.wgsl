@@ -2,14 +2,11 @@
 // grows, its surface moves along the normal at the contact. The separation is an extremum over the axis, so this is its
 // derivative with respect to the length.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(3) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(4) var<storage, read> grown: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> grown_shapes: array<vec4r>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -11,5 +11,5 @@ fn stretch(body: u32, lever: vec3r, normal: vec3r) -> real {
     if half > 0.0 {
         share = clamp(dot(axis, lever - 0.5 * shape.x * normal) / half, real(-1.0), real(1.0));
     }
-    return 0.5 * (grown[body].y - shape.y) * share * along;
+    return 0.5 * (grown_shapes[body].y - shape.y) * share * along;
 }

@@ -1,16 +1,13 @@
 // The trial C(U): the total velocity U = U_free + L v / sqrt(dt), and the pose at its end from the step's start.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(4) var<storage, read> velocities: array<vec4r>;
-@group(0) @binding(5) var<storage, read_write> motions: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> trial_cells: array<vec4<i32>>;
-@group(0) @binding(7) var<storage, read_write> trial_remainders: array<vec4r>;
-@group(0) @binding(8) var<storage, read_write> trial_orientations: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> velocities: array<vec4r>;
+var<storage, read_write> motions: array<vec4r>;
+var<storage, read_write> trial_cells: array<vec4<i32>>;
+var<storage, read_write> trial_remainders: array<vec4r>;
+var<storage, read_write> trial_orientations: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

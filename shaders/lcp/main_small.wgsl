@@ -1,5 +1,5 @@
-// The work of one workgroup that occurs once in a solve, read from a program: turn after turn, with barriers inside.
-@group(0) @binding(1) var<storage, read> program: array<vec4<u32>>;
+// What one workgroup does once in a solve, read from a program: turn after turn, with barriers inside.
+var<storage, read> program: array<vec4<u32>>;
 
 fn run_rows(begin: u32, end: u32, local: u32) {
     for (var place = begin; place < end; place += 2u) {

@@ -32,6 +32,6 @@ struct Places {
     @size(28) looks: u32,
 }
 
-@group(0) @binding(0) var<uniform> parameters: Parameters;
+var<uniform> parameters: Parameters;
 
 fn at(slot: u32, row: u32) -> u32 { return slot * parameters.stride + row; }

@@ -1,8 +1,8 @@
 // The blocks of J in the order of the bodies' lists, so that the pass over the bodies reads them one after the other.
-@group(0) @binding(1) var<storage, read> incidence_start: array<u32>;
-@group(0) @binding(2) var<storage, read> incidence: array<u32>;
-@group(0) @binding(3) var<storage, read> jacobian: array<vec4r>;
-@group(0) @binding(4) var<storage, read_write> gathered: array<vec4r>;
+var<storage, read> incidence_start: array<u32>;
+var<storage, read> incidence: array<u32>;
+var<storage, read> jacobian: array<vec4r>;
+var<storage, read_write> gathered: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,12 +1,12 @@
 // The blocks of A that belong to pairs. For pairs of two rows B_01 and B_00 / det B: the determinant is computed from
-// the component of one row orthogonal to the other, because a c - b b cancels if the rows are nearly parallel. For
-// pairs of more rows all of B.
-@group(0) @binding(1) var<storage, read> block_start: array<u32>;
-@group(0) @binding(2) var<storage, read> pair: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read> jacobian: array<vec4r>;
-@group(0) @binding(4) var<storage, read_write> vectors: array<real>;
-@group(0) @binding(5) var<storage, read_write> entries: array<real>;
-@group(0) @binding(6) var<storage, read_write> span: array<u32>;
+// the rest of one row without its part along the other, because a c - b b loses it where the rows are nearly parallel.
+// For pairs of more rows all of B.
+var<storage, read> block_start: array<u32>;
+var<storage, read> pair: array<vec2<u32>>;
+var<storage, read> jacobian: array<vec4r>;
+var<storage, read_write> vectors: array<real>;
+var<storage, read_write> entries: array<real>;
+var<storage, read_write> span: array<u32>;
 
 fn alive(row: u32) -> bool { return vectors[at(INVERSE, row)] > 0.0; }
 

@@ -1,11 +1,11 @@
 // The solvers' data of each row: q, the diagonal of A, its majorant, and the start. The tape inverts the
 // diagonals.
-@group(0) @binding(1) var<storage, read> pair: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> jacobian: array<vec4r>;
-@group(0) @binding(3) var<storage, read> offset: array<real>;
-@group(0) @binding(4) var<storage, read> gamma: array<real>;
-@group(0) @binding(5) var<storage, read> incidence_start: array<u32>;
-@group(0) @binding(6) var<storage, read_write> vectors: array<real>;
+var<storage, read> pair: array<vec2<u32>>;
+var<storage, read> jacobian: array<vec4r>;
+var<storage, read> offset: array<real>;
+var<storage, read> gamma: array<real>;
+var<storage, read> incidence_start: array<u32>;
+var<storage, read_write> vectors: array<real>;
 
 fn square(block: u32) -> real {
     var sum = real(0.0);

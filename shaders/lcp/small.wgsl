@@ -1,10 +1,10 @@
-// The data of one workgroup for a small problem.
-@group(0) @binding(2) var<storage, read_write> scalars: array<real>;
-@group(0) @binding(3) var<storage, read_write> vectors: array<real>;
-@group(0) @binding(4) var<storage, read_write> velocity: array<vec4r>;
-@group(0) @binding(5) var<storage, read> jacobian: array<vec4r>;
-// The pairs, the offsets of their rows, the offsets of the bodies' lists, and these lists.
-@group(0) @binding(6) var<storage, read> lists: array<u32>;
+// What one workgroup needs for a small problem.
+var<storage, read_write> scalars: array<real>;
+var<storage, read_write> vectors: array<real>;
+var<storage, read_write> velocity: array<vec4r>;
+var<storage, read> jacobian: array<vec4r>;
+// The pairs, where their rows begin, where the bodies' lists begin, and those lists.
+var<storage, read> lists: array<u32>;
 
 var<workgroup> totals: array<real, REDUCTIONS>;
 var<workgroup> halted: u32;

@@ -2,11 +2,10 @@
 // none can be nearer.
 
 struct Band {
-    // The first tile, and tiles in a row of the picture.
-    first: u32,
+    // The first tile, tiles in a row of the picture, and how many there are.
+    first_tile: u32,
     columns: u32,
     tiles: u32,
-    unused: u32,
 }
 
 // A body in the camera's axes.
@@ -36,11 +35,11 @@ struct Sample {
     normal: vec2<f32>,
 }
 
-@group(0) @binding(0) var<uniform> band: Band;
-@group(0) @binding(1) var<storage, read> first: array<u32>;
-@group(0) @binding(2) var<storage, read> members: array<u32>;
-@group(0) @binding(3) var<storage, read> drawn: array<Drawn>;
-@group(0) @binding(4) var<storage, read_write> samples: array<Sample>;
+var<uniform> band: Band;
+var<storage, read> first: array<u32>;
+var<storage, read> members: array<u32>;
+var<storage, read> drawn: array<Drawn>;
+var<storage, read_write> samples: array<Sample>;
 
 fn nearest(tile: u32, x: u32, y: u32) -> Sample {
     var best = Sample(NOTHING, -MISS, vec2<f32>(0.0));
@@ -81,7 +80,7 @@ fn main(
     if here >= band.tiles {
         return;
     }
-    let tile = band.first + here;
+    let tile = band.first_tile + here;
     let corner = vec2<u32>(tile % band.columns, tile / band.columns) * TILE;
     for (var s = local; s < TILE * TILE; s += WORKGROUP) {
         samples[here * TILE * TILE + s] = nearest(tile, corner.x + s % TILE, corner.y + s / TILE);

@@ -1,15 +1,12 @@
 // The separations of pairs of bodies in the present state, for a list of contacts. Three vectors per pair: (normal,
 // separation), the lever of a, the lever of b.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -18,7 +15,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let p = invocation(group, groups, local);
-    if p >= parameters.pairs { return; }
+    if p >= parameters.count { return; }
     let a = pairs[p].x;
     let b = pairs[p].y;
     if !is_of_families(u32(shapes[a].w), u32(shapes[b].w)) { return; }

@@ -9,13 +9,13 @@
 // A far pair at the trial has its separation instead of the lever of b; if this exceeds the part GAP of its thinner
 // body's thickness, any number between the two suffices.
 
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
-@group(0) @binding(8) var<storage, read_write> report: Report;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read_write> contacts: array<vec4r>;
+var<storage, read_write> report: Report;
 
 fn tell_far(p: u32, separation: real) {
     if parameters.at_trial > 0u { contacts[3u * p + 2u] = vec4r(separation, 0.0, 0.0, FAR); }

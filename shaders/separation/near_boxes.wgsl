@@ -1,9 +1,6 @@
 // The largest distance of near bodies at the step's start: the cutoff plus the motion of both, as in their boxes.
 
-struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(6) var<storage, read> boxes: array<vec4r>;
+var<storage, read> boxes: array<vec4r>;
 
 fn near_limit(a: u32, b: u32, radius_a: real, radius_b: real) -> real {
     return max(boxes[a].w - radius_a, 0.0) + max(boxes[b].w - radius_b, 0.0);

@@ -1,10 +1,7 @@
 // The largest distance of near bodies where first rows are made: the cutoff, the rest of their relative free motion,
 // and the motion of both surfaces by rotation.
 
-struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(6) var<storage, read> motions: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
 
 // The rest of a body's free velocity: of its centre, or of its rotation.
 fn left_of(body: u32, part: u32) -> vec3r {

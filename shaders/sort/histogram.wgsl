@@ -1,8 +1,6 @@
-// The number of keys of every block with each digit, digit by digit. The atomics count, so their order does not matter.
-struct Parameters { n: u32, blocks: u32, shift: u32, mask: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> keys: array<u32>;
-@group(0) @binding(2) var<storage, read_write> counts: array<u32>;
+// How many keys of every block have each digit, digit by digit. The atomics count, so their order does not matter.
+var<storage, read> keys: array<u32>;
+var<storage, read_write> counts: array<u32>;
 
 var<workgroup> count: array<atomic<u32>, DIGITS>;
 

@@ -1,9 +1,7 @@
-// Prefix sums inside each block, and the total of every block. Entries from `counted` on count as zero.
-struct Parameters { counted: u32, entries: u32, blocks: u32, unused: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> counts: array<u32>;
-@group(0) @binding(2) var<storage, read_write> out: array<u32>;
-@group(0) @binding(3) var<storage, read_write> totals: array<u32>;
+// Sums before every entry inside its block, and the total of every block. Entries from `counted` on count nothing.
+var<storage, read> counts: array<u32>;
+var<storage, read_write> out: array<u32>;
+var<storage, read_write> totals: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

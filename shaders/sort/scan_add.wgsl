@@ -1,8 +1,6 @@
-// Adds the sum of all earlier blocks to every entry.
-struct Parameters { entries: u32, unused_1: u32, unused_2: u32, unused_3: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> before: array<u32>;
-@group(0) @binding(2) var<storage, read_write> out: array<u32>;
+// Adds to every entry what comes before its block.
+var<storage, read> before: array<u32>;
+var<storage, read_write> out: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,12 +1,10 @@
-// Moves keys and values to the positions of their digits; keys with the same digit keep their order.
-struct Parameters { n: u32, blocks: u32, shift: u32, mask: u32 }
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> keys: array<u32>;
-@group(0) @binding(2) var<storage, read> values: array<u32>;
-// The offset of the keys of every digit and block, digit by digit.
-@group(0) @binding(3) var<storage, read> starts: array<u32>;
-@group(0) @binding(4) var<storage, read_write> sorted_keys: array<u32>;
-@group(0) @binding(5) var<storage, read_write> sorted_values: array<u32>;
+// Brings keys and values to where their digit belongs, keys of the same digit in the order that they had.
+var<storage, read> keys: array<u32>;
+var<storage, read> values: array<u32>;
+// Where the keys of every digit and block begin, digit by digit.
+var<storage, read> starts: array<u32>;
+var<storage, read_write> sorted_keys: array<u32>;
+var<storage, read_write> sorted_values: array<u32>;
 
 // By digit, then by invocation: first the count, then the next position in the sorted block.
 var<workgroup> place: array<u32, DIGITS * WORKGROUP>;

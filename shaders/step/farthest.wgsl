@@ -3,13 +3,10 @@
 // rotation of a body of revolution by contact about its own axis; in a second pass the first body with this
 // displacement.
 
-struct Parameters { bodies: u32, pass_number: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(2) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(3) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(4) var<storage, read_write> report: Report;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> report: Report;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -2,12 +2,9 @@
 // in a third, with one invocation, its bodies. All invocations share the report: each workgroup changes it once, and
 // writes only a maximum or minimum that improves it.
 
-struct Parameters { pairs: u32, pass_number: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> contacts: array<vec4r>;
-@group(0) @binding(3) var<storage, read_write> report: Report;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> contacts: array<vec4r>;
+var<storage, read_write> report: Report;
 
 var<workgroup> group_worst: atomic<u32>;
 var<workgroup> group_violations: atomic<u32>;

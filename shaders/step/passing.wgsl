@@ -2,15 +2,12 @@
 // surfaces suffices, and their centres come so near on the path that the bodies could overlap that deeply.
 // src/step/passing.rs has the rule; the pairs that pass are among these.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(5) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> report: Report;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> report: Report;
 
 // Sizes do not depend on the orientation of a body.
 fn unturned(body: u32) -> Placed {

@@ -4,17 +4,14 @@
 // A pair pushes if its multipliers move its rows by more than the solver's tolerance. All its rows count together, and
 // only its nearest separation is checked: a pair that touches at one branch and pushes at another is not detected.
 
-struct Parameters { pairs: u32, pass_number: u32, least: f32, start_overlap: f32, dt: real, root_dt: real }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> row_start: array<u32>;
-@group(0) @binding(3) var<storage, read> gamma: array<real>;
-@group(0) @binding(4) var<storage, read> jacobian: array<vec4r>;
-@group(0) @binding(5) var<storage, read> contacts: array<vec4r>;
-@group(0) @binding(6) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(7) var<storage, read> motions: array<vec4r>;
-@group(0) @binding(8) var<storage, read_write> report: Report;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> row_start: array<u32>;
+var<storage, read> gamma: array<real>;
+var<storage, read> jacobian: array<vec4r>;
+var<storage, read> contacts: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> motions: array<vec4r>;
+var<storage, read_write> report: Report;
 
 fn pushes(p: u32) -> bool {
     var moved = real(0.0);

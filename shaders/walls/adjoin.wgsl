@@ -1,13 +1,10 @@
 // Appends the places of a body at surfaces to the pairs in its list.
 
-struct Parameters { bodies: u32, first: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pair_start: array<u32>;
-@group(0) @binding(2) var<storage, read> pair_list: array<u32>;
-@group(0) @binding(3) var<storage, read> place_start: array<u32>;
-@group(0) @binding(4) var<storage, read_write> adjacency_start: array<u32>;
-@group(0) @binding(5) var<storage, read_write> adjacency: array<u32>;
+var<storage, read> pair_start: array<u32>;
+var<storage, read> pair_list: array<u32>;
+var<storage, read> place_start: array<u32>;
+var<storage, read_write> adjacency_start: array<u32>;
+var<storage, read_write> adjacency: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -2,12 +2,9 @@
 // of the first place; the blocks of its other places are empty. The places of a body at a surface are consecutive in
 // the list, from place zero.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> row_start: array<u32>;
-@group(0) @binding(3) var<storage, read_write> block_start: array<u32>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> row_start: array<u32>;
+var<storage, read_write> block_start: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,16 +1,13 @@
 // The separations of bodies from surfaces in the present state, each at the nearest of the body's places, for a list of
 // contacts. Three vectors per pair of a body and a surface, as for a pair of bodies.
 
-struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(6) var<storage, read> surfaces: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> surfaces: array<vec4r>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -19,7 +16,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let p = invocation(group, groups, local);
-    if p >= parameters.pairs { return; }
+    if p >= parameters.count { return; }
     let i = pairs[p].x;
     let body = placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]);
     let surface = surface_at(pairs[p].y);

@@ -1,17 +1,14 @@
 // The places of bodies that may come near a surface while their boxes stay inside the stored ones: first counted, then
 // written by the same code after the pairs of bodies.
 
-struct Parameters { bodies: u32, surfaces: u32, fill: u32, first: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> stored_cells: array<vec4<i32>>;
-@group(0) @binding(2) var<storage, read> stored_remainders: array<vec4r>;
-@group(0) @binding(3) var<storage, read> stored_boxes: array<vec4r>;
-@group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(5) var<storage, read> surfaces: array<vec4r>;
-// By body: the number of places that it found, or their offset.
-@group(0) @binding(6) var<storage, read_write> list: array<u32>;
-@group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
+var<storage, read> stored_cells: array<vec4<i32>>;
+var<storage, read> stored_remainders: array<vec4r>;
+var<storage, read> stored_boxes: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> surfaces: array<vec4r>;
+// By body: how many places it found, or where they go.
+var<storage, read_write> list: array<u32>;
+var<storage, read_write> pairs: array<vec2<u32>>;
 
 // The largest number of places of a shape at a surface.
 fn places(kind: u32, surface: u32) -> u32 {
@@ -36,7 +33,7 @@ fn main(
     var found = 0u;
     var to = 0u;
     if parameters.fill == 1u { to = parameters.first + list[i]; }
-    for (var k = 0u; k < parameters.surfaces; k += 1u) {
+    for (var k = 0u; k < parameters.count; k += 1u) {
         let surface = surface_at(k);
         let room = gap_of(surface, offset_from(surface, stored_cells[i].xyz, stored_remainders[i].xyz)).distance;
         // No point of the box is farther from its middle.

@@ -2,17 +2,14 @@
 // the same limits, with the cutoff plus the motion of the body at the step's start. The normal is always the present
 // one.
 
-struct Parameters { pairs: u32, first: u32, at_trial: u32, violating: f32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(6) var<storage, read> boxes: array<vec4r>;
-@group(0) @binding(7) var<storage, read> surfaces: array<vec4r>;
-@group(0) @binding(8) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> boxes: array<vec4r>;
+var<storage, read> surfaces: array<vec4r>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,16 +1,13 @@
 // Sets the normals and levers of places at walls, whose gaps refer to the walls at a step's end, to those at the walls
 // in its middle, where forces act. `surfaces` are those in the middle.
 
-struct Parameters { pairs: u32, first: u32, a: u32, b: u32 }
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
-@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(6) var<storage, read> surfaces: array<vec4r>;
-@group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
+var<storage, read> pairs: array<vec2<u32>>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read> orientations: array<vec4r>;
+var<storage, read> shapes: array<vec4r>;
+var<storage, read> surfaces: array<vec4r>;
+var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,6 +1,8 @@
-//! Checks of assembled kernels, for tests: the kernels are valid on every adapter; every `switch` on a group of
-//! constants ([`Source::constants`]) handles all of them, and treats no other number as one of them.
+//! Checks of assembled kernels, for tests: the kernels are valid on every adapter and take the arguments of their calls;
+//! every `switch` on a group of constants ([`Source::constants`]) handles all of them, and treats no other number as one
+//! of them.
 
+use super::function::Plan;
 use super::{Source, kernel};
 
 /// A `switch` of a kernel: the labels of its cases, and what its default does.
@@ -9,10 +11,13 @@ struct Switch {
     default: String,
 }
 
-/// Parses and validates a source, alone and merged for an ensemble, and checks its switches.
+/// Parses and validates a source, alone and merged for an ensemble, and checks its arguments and its switches.
 pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
     let module = kernel::validate(source)?;
     check_merged(source, &module)?;
+    if !source.arguments().is_empty() {
+        Plan::of(&module, source.arguments())?;
+    }
     for switch in switches(source.code()) {
         for (name, group) in source.groups() {
             let has = |constant: &str| switch.labels.iter().any(|label| label == constant);

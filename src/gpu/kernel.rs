@@ -1,12 +1,12 @@
 //! A compute pipeline. Its bindings come from the validated source.
 //!
 //! Binding 0 may be a uniform: the parameters of one dispatch. All other bindings are storage buffers, bound by the
-//! names of their variables.
+//! names of their variables. A source need not number them.
 
 use super::banks::{self, Banked};
 use super::device::lock;
 use super::ensemble::Pipeline;
-use super::{Bound, Buffer, Gpu, GpuError, PipelineReport, Precision, Source};
+use super::{Buffer, Gpu, GpuError, PipelineReport, Precision, Source};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -43,10 +43,11 @@ pub(super) struct Compiled {
 }
 
 /// A variable that is bound.
-struct Binding {
-    name: String,
+pub(super) struct Binding {
+    pub name: String,
     number: u32,
-    uniform: bool,
+    pub uniform: bool,
+    pub ty: naga::Handle<naga::Type>,
     read_only: bool,
     bytes: u64,
     /// Bytes from one element of an array to the next; zero for other types.
@@ -59,9 +60,26 @@ struct Binding {
 /// naga's message with the line.
 pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
     let code = source.code();
-    let module = naga::front::wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
+    let mut module = naga::front::wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
+    number(&mut module);
     check(&module, source.precision(), code)?;
     Ok(module)
+}
+
+/// Numbers the variables of a source that numbers none, in their order, the parameters first.
+fn number(module: &mut naga::Module) {
+    if module.global_variables.iter().any(|(_, variable)| variable.binding.is_some()) {
+        return;
+    }
+    let is_uniform = |variable: &naga::GlobalVariable| variable.space == naga::AddressSpace::Uniform;
+    let mut next = u32::from(module.global_variables.iter().any(|(_, variable)| is_uniform(variable)));
+    for (_, variable) in module.global_variables.iter_mut() {
+        let binding = if is_uniform(variable) { 0 } else { next };
+        if is_uniform(variable) || matches!(variable.space, naga::AddressSpace::Storage { .. }) {
+            variable.binding = Some(naga::ResourceBinding { group: 0, binding });
+            next += u32::from(binding > 0 || !is_uniform(variable));
+        }
+    }
 }
 
 /// Validates a module; `code` is the text of its source, for messages.
@@ -78,27 +96,24 @@ pub(super) fn check(
     validator.validate(module).map_err(|e| e.emit_to_string(code))
 }
 
-fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
+/// The bound variables of a module, in the order of their numbers.
+pub(super) fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
     let mut layouter = naga::proc::Layouter::default();
     layouter.update(module.to_ctx()).map_err(|e| e.to_string())?;
     let of = |variable: &naga::GlobalVariable| {
-        let number = variable.binding.map(|b| b.binding)?;
+        let (number, ty) = (variable.binding.map(|b| b.binding)?, variable.ty);
         let bytes = u64::from(layouter[variable.ty].size);
         let name = variable.name.clone()?;
         let stride = match module.types[variable.ty].inner {
             naga::TypeInner::Array { stride, .. } => u64::from(stride),
             _ => 0,
         };
-        match variable.space {
-            naga::AddressSpace::Uniform => {
-                Some(Binding { name, number, uniform: true, read_only: true, bytes, stride })
-            }
-            naga::AddressSpace::Storage { access } => {
-                let read_only = !access.contains(naga::StorageAccess::STORE);
-                Some(Binding { name, number, uniform: false, read_only, bytes, stride })
-            }
-            _ => None,
-        }
+        let (uniform, read_only) = match variable.space {
+            naga::AddressSpace::Uniform => (true, true),
+            naga::AddressSpace::Storage { access } => (false, !access.contains(naga::StorageAccess::STORE)),
+            _ => return None,
+        };
+        Some(Binding { name, number, uniform, ty, read_only, bytes, stride })
     };
     let mut found: Vec<Binding> = module.global_variables.iter().filter_map(|(_, v)| of(v)).collect();
     found.sort_by_key(|b| b.number);
@@ -145,6 +160,10 @@ impl Kernel {
         })
     }
 
+    pub(super) fn module(&self) -> &naga::Module {
+        &self.module
+    }
+
     /// Whether nobody else has this kernel.
     pub(super) fn is_idle(&self) -> bool {
         Arc::strong_count(&self.banked) == 1
@@ -155,29 +174,20 @@ impl Kernel {
         self.bindings[usize::from(self.parameters > 0)..].iter()
     }
 
-    /// Buffers in the order of the bindings that they are named for.
+    /// Checks that there are as many bytes of parameters and as many buffers as a kernel takes.
     ///
     /// # Errors
-    /// [`GpuError::Kernel`] for a variable without a buffer, a buffer without a variable, and parameters of another
-    /// length.
-    pub(super) fn in_order<'b>(&self, parameters: &[u8], bound: &[Bound<'b>]) -> Result<Vec<&'b Buffer>, GpuError> {
-        if parameters.len() as u64 != self.parameters {
-            let (got, needed) = (parameters.len(), self.parameters);
+    /// [`GpuError::Kernel`] with what it takes.
+    pub(super) fn check_counts(&self, parameters: &[u8], buffers: &[&Buffer]) -> Result<(), GpuError> {
+        let (got, needed) = (parameters.len() as u64, self.parameters);
+        if got != needed {
             return Err(self.refused(format!("it takes {needed} bytes of parameters and was given {got}")));
         }
-        let storages = self.storages();
-        if bound.len() > storages.len() {
-            let unknown = |(name, _): &&Bound<'_>| self.storages().all(|b| b.name != *name);
-            let name = bound.iter().find(unknown).map_or("one buffer", |(name, _)| *name);
-            return Err(self.refused(format!("{name} was bound to no variable of it, or twice")));
+        match (self.storages().nth(buffers.len()), buffers.len() > self.storages().len()) {
+            (Some(binding), _) => Err(self.refused(format!("its variable {} was given no buffer", binding.name))),
+            (None, true) => Err(self.refused("a buffer was bound to no variable of it".into())),
+            (None, false) => Ok(()),
         }
-        let of = |(place, binding): (usize, &Binding)| {
-            let named = |(name, _): &&Bound<'_>| *name == binding.name;
-            let found = bound.get(place).filter(named).or_else(|| bound.iter().find(named));
-            let missing = || self.refused(format!("its variable {} was given no buffer", binding.name));
-            found.map(|(_, buffer)| *buffer).ok_or_else(missing)
-        };
-        storages.enumerate().map(of).collect()
     }
 
     /// Checks that buffers, in the order of their bindings, hold what their variables are.

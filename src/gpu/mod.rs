@@ -23,6 +23,8 @@ mod device;
 mod ensemble;
 mod error;
 #[cfg(feature = "gpu")]
+pub(crate) mod function;
+#[cfg(feature = "gpu")]
 pub(crate) mod kernel;
 #[cfg(feature = "gpu")]
 mod kernel_cache;
@@ -68,6 +70,8 @@ pub use device::Gpu;
 pub use ensemble::{Ensemble, Rounds};
 pub use error::GpuError;
 #[cfg(feature = "gpu")]
+pub(crate) use function::{Argument, Function, arguments, arrays, functions};
+#[cfg(feature = "gpu")]
 pub(crate) use kernel::Kernel;
 #[cfg(feature = "gpu")]
 pub(crate) use lattice::Lattice;
@@ -78,7 +82,7 @@ pub(crate) use periods::LatticePeriods;
 pub use precision::Precision;
 pub use profile::{BufferUse, Counters, PipelineReport, Profile, StageUse};
 #[cfg(feature = "gpu")]
-pub(crate) use recorder::{Bound, Recorder};
+pub(crate) use recorder::{Recorder, Size};
 #[cfg(feature = "gpu")]
 pub(crate) use scan::Scan;
 #[cfg(feature = "gpu")]

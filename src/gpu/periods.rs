@@ -10,6 +10,7 @@
 //! periods across the gradient and along the direction at once. So integers may overflow, and only the remainder
 //! matters: there are at most 2^19 periods of at least 2^12 pitches each (`shaders/common/nearest_image_sheared.wgsl`).
 
+use super::function::{Argument, Member, Part, parts};
 use super::{GpuError, Lattice, MOST_CELL, Source, fragment};
 
 /// Bits of a part. `n` times a part and what the next finer one carries into it fit 32 bits.
@@ -192,15 +193,13 @@ impl LatticePeriods {
             for (constant, read) in CHANGING {
                 text = text.replace(constant, read);
             }
-            if let Some(begin) = text.find("struct Parameters {")
-                && let Some(end) = text[begin..].find('}')
-            {
-                text.insert_str(begin + end, ", periods: array<vec4<i32>, 5> ");
-            }
             let tilt = if text.contains("tilt_periods()") { TILT_PERIODS } else { "" };
             text + INVERSE_PERIOD + tilt
         })
     }
+
+    /// The WGSL type of `periods`.
+    pub(crate) const TYPE: &str = "array<vec4<i32>, 5>";
 
     /// The periods as such a kernel reads them.
     pub fn words(&self) -> [[i32; 4]; 5] {
@@ -209,13 +208,16 @@ impl LatticePeriods {
         let [a, b, c, d] = std::array::from_fn(|k| four(self.parts[k], parts[k]));
         [four(self.cells, cells), a, b, c, d]
     }
+}
 
-    /// A kernel's parameters with these behind them.
-    pub fn after(&self, parameters: &[u8]) -> Vec<u8> {
-        let mut bytes = parameters.to_vec();
-        bytes.resize(parameters.len().next_multiple_of(16), 0);
-        bytes.extend_from_slice(bytemuck::bytes_of(&self.words()));
-        bytes
+/// Kernels of constant periods do without.
+impl Argument for LatticePeriods {
+    fn parts() -> Vec<Part> {
+        parts(&[("periods", LatticePeriods::TYPE)])
+    }
+
+    fn write(&self, _: usize, to: Member<'_>) {
+        to.words(bytemuck::cast_slice(&self.words()));
     }
 }
 

@@ -26,8 +26,29 @@ pub(super) struct Staging {
     read: Option<wgpu::Buffer>,
 }
 
-/// A buffer, and the variable of a kernel that it is bound to.
-pub type Bound<'a> = (&'static str, &'a Buffer);
+/// How many invocations a dispatch has.
+#[derive(Clone, Copy)]
+pub enum Size<'a> {
+    /// At least so many; none where it is zero.
+    Invocations(u64),
+    /// So many workgroups, folded into two dimensions where they are many.
+    Groups(u64),
+    /// As many workgroups as three words say when it comes to it.
+    Indirect {
+        /// The buffer that has them.
+        said: &'a Buffer,
+        /// Where in it, in bytes.
+        offset: u64,
+        /// How many it will be, unless none.
+        expected: u64,
+    },
+}
+
+impl From<u64> for Size<'_> {
+    fn from(invocations: u64) -> Self {
+        Size::Invocations(invocations)
+    }
+}
 
 /// Work being recorded. What is recorded is done in order, and nothing is done before [`Recorder::submit`]. Work that
 /// was submitted may wait to be handed to the device with other work.
@@ -79,52 +100,38 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Dispatches at least `threads` invocations of a kernel; no invocation where `threads` is zero.
-    ///
-    /// `buffers` names each storage variable of the kernel once, best in the order of their bindings. A missing or
-    /// unknown name, elements of another size, a buffer that is too small and parameters of another length are faults
-    /// of the device: the next [`Recorder::submit`] returns them.
-    pub fn run(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[Bound<'_>], threads: u64) {
-        self.run_groups(kernel, parameters, buffers, threads.div_ceil(u64::from(kernel.workgroup)));
-    }
-
-    /// Dispatches `groups` workgroups of a kernel, folded into two dimensions where they are many.
-    pub fn run_groups(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[Bound<'_>], groups: u64) {
+    /// Dispatches a kernel, with buffers in the order of its bindings. Too few of them, elements of another size, a
+    /// buffer that is too small and parameters of another length are faults of the device: the next
+    /// [`Recorder::submit`] returns them.
+    pub fn run<'s>(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], size: impl Into<Size<'s>>) {
+        let (groups, said) = match size.into() {
+            Size::Invocations(threads) => (threads.div_ceil(u64::from(kernel.workgroup)), None),
+            Size::Groups(groups) => (groups, None),
+            Size::Indirect { said, offset, expected } => (expected, Some((said, offset))),
+        };
         if groups == 0 {
             return;
         }
         let rows = groups.div_ceil(MOST_GROUPS);
-        let columns = groups.div_ceil(rows);
-        if self.gpu.member.is_some() {
-            return self.run_as_member(kernel, parameters, buffers, ([columns as u32, rows as u32], None));
+        let grid = [groups.div_ceil(rows) as u32, rows as u32];
+        let dispatched = kernel.check_counts(parameters, buffers).and_then(|()| {
+            if self.gpu.member.is_some() {
+                return self.run_as_member(kernel, parameters, buffers, (grid, said));
+            }
+            self.bind(kernel, parameters, buffers)?;
+            match said {
+                None => self.pass().dispatch_workgroups(grid[0], grid[1], 1),
+                Some((said, offset)) => {
+                    let Some(said) = said.own() else { return Ok(()) };
+                    self.pass().dispatch_workgroups_indirect(said, offset);
+                }
+            }
+            self.divide(kernel, groups);
+            Ok(())
+        });
+        if let Err(fault) = dispatched {
+            self.gpu.shared.fail(fault);
         }
-        if !self.bind(kernel, parameters, buffers) {
-            return;
-        }
-        self.pass().dispatch_workgroups(columns as u32, rows as u32, 1);
-        self.divide(kernel, groups);
-    }
-
-    /// Dispatches as many workgroups as three words at `offset` bytes of a buffer say when it comes to it, some
-    /// `expected` or none.
-    pub fn run_indirect(
-        &mut self,
-        kernel: &Kernel,
-        parameters: &[u8],
-        buffers: &[Bound<'_>],
-        (groups, offset): (&Buffer, u64),
-        expected: u64,
-    ) {
-        if let Some(said) = groups.part(offset..offset + 12) {
-            let most = [
-                expected.div_ceil(expected.div_ceil(MOST_GROUPS).max(1)) as u32,
-                expected.div_ceil(MOST_GROUPS) as u32,
-            ];
-            return self.run_as_member(kernel, parameters, buffers, (most, Some((said.start / 4) as u32)));
-        }
-        let Some(raw) = groups.own().filter(|_| self.bind(kernel, parameters, buffers)) else { return };
-        self.pass().dispatch_workgroups_indirect(raw, offset);
-        self.divide(kernel, expected);
     }
 
     /// Counts work of the dispatch recorded next, beyond one row or body an invocation.
@@ -245,27 +252,23 @@ impl<'g> Recorder<'g> {
         &mut self,
         kernel: &Kernel,
         parameters: &[u8],
-        buffers: &[Bound<'_>],
-        (groups, said_at): ([u32; 2], Option<u32>),
-    ) {
+        buffers: &[&Buffer],
+        (groups, said): ([u32; 2], Option<(&Buffer, u64)>),
+    ) -> Result<(), GpuError> {
         let counters = self.tally.of(self.stage);
         counters.dispatches += 1;
         counters.bytes_written += parameters.len() as u64;
         let invocations = u64::from(groups[0]) * u64::from(groups[1]) * u64::from(kernel.workgroup);
         let invocations = invocations + std::mem::take(&mut self.invocations);
-        let dispatch = kernel.in_order(parameters, buffers).and_then(|buffers| {
-            kernel.check_sizes(&buffers)?;
-            let Runs::Together(pipeline) = &kernel.runs else {
-                return Err(GpuError::Refused { message: format!("{} is no kernel of an ensemble", kernel.name) });
-            };
-            let begins = pipeline.begins(buffers.iter().filter_map(|b| b.part(0..0)).map(|part| part.start))?;
-            let (pipeline, parameters) = (pipeline.clone(), parameters.to_vec());
-            Ok(Dispatch { pipeline, parameters, begins, groups, said_at, invocations })
-        });
-        match dispatch {
-            Ok(dispatch) => self.work.push(Work::Dispatch(dispatch)),
-            Err(fault) => self.gpu.shared.fail(fault),
-        }
+        kernel.check_sizes(buffers)?;
+        let Runs::Together(pipeline) = &kernel.runs else {
+            return Err(GpuError::Refused { message: format!("{} is no kernel of an ensemble", kernel.name) });
+        };
+        let begins = pipeline.begins(buffers.iter().filter_map(|b| b.part(0..0)).map(|part| part.start))?;
+        let said_at = said.and_then(|(said, offset)| said.part(offset..offset)).map(|said| (said.start / 4) as u32);
+        let (pipeline, parameters) = (pipeline.clone(), parameters.to_vec());
+        self.work.push(Work::Dispatch(Dispatch { pipeline, parameters, begins, groups, said_at, invocations }));
+        Ok(())
     }
 
     /// Has all that a member recorded done with the work of others, and reads.
@@ -319,14 +322,8 @@ impl<'g> Recorder<'g> {
         })
     }
 
-    /// Binds buffers for the next dispatch. Returns false where that is impossible, which is a fault of the device.
-    fn bind(&mut self, kernel: &Kernel, parameters: &[u8], bound: &[Bound<'_>]) -> bool {
-        let bound =
-            kernel.in_order(parameters, bound).and_then(|buffers| self.bind_in_order(kernel, parameters, &buffers));
-        bound.map_err(|fault| self.gpu.shared.fail(fault)).is_ok()
-    }
-
-    fn bind_in_order(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) -> Result<(), GpuError> {
+    /// Binds buffers for the next dispatch.
+    fn bind(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) -> Result<(), GpuError> {
         if self.parameters.len() >= SLOTS * ALIGNMENT {
             // A fault shows at the next submission or read.
             let _ = self.submit();

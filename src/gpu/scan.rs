@@ -1,7 +1,7 @@
 //! Prefix sums of `u32` counts: blocks are summed in workgroup memory, their totals likewise, level by level, and added
 //! back (G. E. Blelloch, "Prefix sums and their applications", 1990).
 
-use super::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, Source, WORKGROUP, fragment};
+use super::{Buffer, Gpu, GpuError, Made, Precision, Recorder, Size, Source, WORKGROUP, fragment, functions, kernels};
 
 /// Entries that one invocation sums.
 const ITEMS: u32 = 8;
@@ -9,22 +9,32 @@ const ITEMS: u32 = 8;
 /// Entries of a block.
 const BLOCK: u64 = WORKGROUP as u64 * ITEMS as u64;
 
+functions! {
+    pub(super) Blocks = struct BlocksArgs<'a> {
+        counted: u64, entries: u64, blocks: u64, counts: &'a Buffer, out: &'a Buffer, totals: &'a Buffer,
+    }
+    pub(super) Add = struct AddArgs<'a> { entries: u64, before: &'a Buffer, out: &'a Buffer }
+}
+
+kernels! {
+    pub(super) struct Kernels for _all: &() {
+        blocks: Blocks =
+            source("scan").include(fragment!("sort/sum_before.wgsl")).include(fragment!("sort/scan.wgsl")),
+        add: Add = source("scan-add").include(fragment!("sort/scan_add.wgsl")),
+    }
+}
+
+fn source(name: &str) -> Source {
+    Source::new(name, Precision::F32).integer("ITEMS", ITEMS)
+}
+
 /// Exclusive prefix sums. It holds kernels and memory for reuse.
 pub struct Scan {
-    scan: Kernel,
-    add: Kernel,
+    kernels: Kernels,
     /// Per level: the totals of its blocks, and what comes before each block.
     levels: Vec<[Buffer; 2]>,
     /// Takes the total of a level of one block.
     total: Buffer,
-}
-
-pub(super) fn sources() -> [Source; 2] {
-    let source = |name| Source::new(name, Precision::F32).integer("ITEMS", ITEMS);
-    [
-        source("scan").include(fragment!("sort/sum_before.wgsl")).include(fragment!("sort/scan.wgsl")),
-        source("scan-add").include(fragment!("sort/scan_add.wgsl")),
-    ]
 }
 
 impl Scan {
@@ -33,13 +43,7 @@ impl Scan {
     /// # Errors
     /// [`GpuError::Kernel`], [`GpuError::OutOfMemory`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let [scan, add] = sources();
-        Ok(Scan {
-            scan: Kernel::new(gpu, &scan)?,
-            add: Kernel::new(gpu, &add)?,
-            levels: Vec::new(),
-            total: Buffer::new(gpu, "scan-total", 4, 1)?,
-        })
+        Ok(Scan { kernels: Kernels::make(gpu, &())?, levels: Vec::new(), total: Buffer::new(gpu, "scan-total", 4, 1)? })
     }
 
     /// Records `out[i] = counts[0] + ... + counts[i - 1]` for `i` in `0..=n`: `out` has room for `n + 1` numbers, and
@@ -68,23 +72,13 @@ impl Scan {
             };
             let blocks = entries.div_ceil(BLOCK);
             let totals = if blocks > 1 { &self.levels[level][0] } else { &self.total };
-            let parameters = [counted as u32, entries as u32, blocks as u32, 0];
-            record.run_groups(
-                &self.scan,
-                bytemuck::bytes_of(&parameters),
-                &[("counts", counts), ("out", out), ("totals", totals)],
-                blocks,
-            );
+            let summed = BlocksArgs { counted, entries, blocks, counts, out, totals };
+            self.kernels.blocks.call(record, Size::Groups(blocks), summed);
         }
         for level in (0..entries.len() - 1).rev() {
             let out = if level == 0 { out } else { &self.levels[level - 1][1] };
-            let parameters = [entries[level] as u32, 0, 0, 0];
-            record.run(
-                &self.add,
-                bytemuck::bytes_of(&parameters),
-                &[("before", &self.levels[level][1]), ("out", out)],
-                entries[level],
-            );
+            let (entries, before) = (entries[level], &self.levels[level][1]);
+            self.kernels.add.call(record, entries, AddArgs { entries, before, out });
         }
         Ok(())
     }

@@ -16,7 +16,7 @@ pub(super) fn run(gpu: &Gpu) -> Result<Vec<String>, GpuError> {
     let kernel = Kernel::new(gpu, &source)?;
     let out = Buffer::new(gpu, "self-test", 4, 64)?;
     let mut record = gpu.record();
-    record.run(&kernel, &[], &[("out", &out)], 32);
+    record.run(&kernel, &[], &[&out], 32);
     let read = record.read(&[(&out, 0..256)])?;
     let words: Vec<u32> = read[0].as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
     if (0..32).any(|i| words[2 * i] != 1000 * i as u32 + 7) {

@@ -1,7 +1,9 @@
 //! A stable sort of `u32` keys with `u32` values: radix sort by digits of 4 bits, the lowest first (N. Satish, M.
 //! Harris, M. Garland, "Designing efficient sorting algorithms for manycore GPUs", 2009). The order is deterministic.
 
-use super::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, Scan, Source, WORKGROUP, fragment};
+use super::{
+    Buffer, Gpu, GpuError, Made, Precision, Recorder, Scan, Size, Source, WORKGROUP, fragment, functions, kernels,
+};
 
 /// Bits of a digit.
 const DIGIT_BITS: u32 = 4;
@@ -13,23 +15,36 @@ const ITEMS: u32 = 16;
 /// Keys of a block.
 const BLOCK: u64 = WORKGROUP as u64 * ITEMS as u64;
 
+functions! {
+    Histogram = struct HistogramArgs<'a> {
+        n: u64, blocks: u64, shift: u32, mask: u32, keys: &'a Buffer, counts: &'a Buffer,
+    }
+    Scatter = struct ScatterArgs<'a> {
+        n: u64, blocks: u64, shift: u32, mask: u32, keys: &'a Buffer, values: &'a Buffer, starts: &'a Buffer,
+        sorted_keys: &'a Buffer, sorted_values: &'a Buffer,
+    }
+}
+
+kernels! {
+    struct Kernels for _all: &() {
+        histogram: Histogram = source("sort-histogram").include(fragment!("sort/histogram.wgsl")),
+        scatter: Scatter =
+            source("sort-scatter").include(fragment!("sort/sum_before.wgsl")).include(fragment!("sort/scatter.wgsl")),
+    }
+}
+
+fn source(name: &str) -> Source {
+    Source::new(name, Precision::F32).integer("ITEMS", ITEMS).integer("DIGITS", 1 << DIGIT_BITS)
+}
+
 /// A stable sort. It holds kernels and memory for reuse.
 pub struct Sort {
-    histogram: Kernel,
-    scatter: Kernel,
+    kernels: Kernels,
     scan: Scan,
     counts: Buffer,
     starts: Buffer,
     keys: Buffer,
     values: Buffer,
-}
-
-pub(super) fn sources() -> [Source; 2] {
-    let source = |name| Source::new(name, Precision::F32).integer("ITEMS", ITEMS).integer("DIGITS", 1 << DIGIT_BITS);
-    [
-        source("sort-histogram").include(fragment!("sort/histogram.wgsl")),
-        source("sort-scatter").include(fragment!("sort/sum_before.wgsl")).include(fragment!("sort/scatter.wgsl")),
-    ]
 }
 
 impl Sort {
@@ -38,11 +53,9 @@ impl Sort {
     /// # Errors
     /// [`GpuError::Kernel`], [`GpuError::OutOfMemory`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let [histogram, scatter] = sources();
         let buffer = |label| Buffer::new(gpu, label, 4, 1);
         Ok(Sort {
-            histogram: Kernel::new(gpu, &histogram)?,
-            scatter: Kernel::new(gpu, &scatter)?,
+            kernels: Kernels::make(gpu, &())?,
             scan: Scan::new(gpu)?,
             counts: buffer("sort-counts")?,
             starts: buffer("sort-starts")?,
@@ -79,18 +92,12 @@ impl Sort {
         self.values.reserve(gpu, n)?;
         for shift in (0..bits.min(32)).step_by(DIGIT_BITS as usize) {
             let mask = (1u32 << DIGIT_BITS.min(bits.min(32) - shift)) - 1;
-            let parameters = [n as u32, blocks as u32, shift, mask];
-            let parameters = bytemuck::bytes_of(&parameters);
-            record.run_groups(&self.histogram, parameters, &[("keys", keys), ("counts", &self.counts)], blocks);
+            let counted = HistogramArgs { n, blocks, shift, mask, keys, counts: &self.counts };
+            self.kernels.histogram.call(record, Size::Groups(blocks), counted);
             self.scan.exclusive(record, &self.counts, &self.starts, counts)?;
-            let buffers = [
-                ("keys", &*keys),
-                ("values", &*values),
-                ("starts", &self.starts),
-                ("sorted_keys", &self.keys),
-                ("sorted_values", &self.values),
-            ];
-            record.run_groups(&self.scatter, parameters, &buffers, blocks);
+            let (starts, sorted_keys, sorted_values) = (&self.starts, &self.keys, &self.values);
+            let sorted = ScatterArgs { n, blocks, shift, mask, keys, values, starts, sorted_keys, sorted_values };
+            self.kernels.scatter.call(record, Size::Groups(blocks), sorted);
             std::mem::swap(keys, &mut self.keys);
             std::mem::swap(values, &mut self.values);
         }
@@ -100,9 +107,11 @@ impl Sort {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
     #[test]
     fn kernels_are_valid() {
-        for source in super::sources().iter().chain(&crate::gpu::scan::sources()) {
+        for source in Kernels::sources(&()).iter().chain(&crate::gpu::scan::Kernels::sources(&())) {
             crate::gpu::validate(source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
         }
     }

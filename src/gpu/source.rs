@@ -1,6 +1,7 @@
 //! Assembles the source of a kernel: the number type, constants of the scene, and fragments of `shaders/`.
 
 use super::Precision;
+use super::function::{Part, declared};
 use std::fmt::Write as _;
 
 /// Invocations of a workgroup, unless a kernel says otherwise. 64 to 256 were equally fast for the product with A.
@@ -28,6 +29,7 @@ pub struct Source {
     groups: Vec<(&'static str, Vec<&'static str>)>,
     precision: Precision,
     workgroup: u32,
+    arguments: Vec<Part>,
 }
 
 const REAL_F32: &str = "alias real = f32;
@@ -65,6 +67,7 @@ impl Source {
             groups: Vec::new(),
             precision,
             workgroup,
+            arguments: Vec::new(),
         };
         source.text.push_str(match precision {
             Precision::F32 => REAL_F32,
@@ -111,6 +114,18 @@ impl Source {
     #[cfg(test)]
     pub(super) fn groups(&self) -> &[(&'static str, Vec<&'static str>)] {
         &self.groups
+    }
+
+    /// Says what the kernel is called with, and declares its parameters.
+    #[must_use]
+    pub fn called_with(mut self, arguments: Vec<Part>) -> Self {
+        self.text += &declared(&self.text, &arguments);
+        Source { arguments, ..self }
+    }
+
+    /// What the kernel is called with.
+    pub(super) fn arguments(&self) -> &[Part] {
+        &self.arguments
     }
 
     /// Adds a constant of type `bool`.

@@ -1,7 +1,9 @@
-//! Tables of kernels. A line of a table contains a field's name, its type and its source. So no kernel can use the
-//! source of another, and a kernel without a source does not compile.
+//! Tables of kernels. A line of a table contains a field's name, its function (`functions!`) and its source. So no kernel
+//! can use the source of another, and a kernel without a source does not compile.
 
-use super::{Gpu, GpuError, Kernel, Source};
+#[cfg(test)]
+use super::Source;
+use super::{Gpu, GpuError};
 
 /// What a field of a table may be: a kernel, several, one where the scene needs it, or another table.
 pub(crate) trait Made: Sized {
@@ -14,19 +16,6 @@ pub(crate) trait Made: Sized {
     /// Its sources, for tests that need no device.
     #[cfg(test)]
     fn sources(from: Self::From<'_>) -> Vec<Source>;
-}
-
-impl Made for Kernel {
-    type From<'a> = Source;
-
-    fn make(gpu: &Gpu, from: Source) -> Result<Self, GpuError> {
-        Kernel::new(gpu, &from)
-    }
-
-    #[cfg(test)]
-    fn sources(from: Source) -> Vec<Source> {
-        vec![from]
-    }
 }
 
 impl<T: Made> Made for Option<T> {
@@ -61,9 +50,9 @@ impl<T: Made> Made for Vec<T> {
 /// kernels! {
 ///     /// The kernels of a list.
 ///     pub(super) struct Kernels for setup: &Setup {
-///         sort: Kernel = sort(setup),
+///         sort: Sort = sort(setup),
 ///         /// Where the scene has walls.
-///         find: Option<Kernel> = (!setup.walls.is_empty()).then(|| find(setup)),
+///         find: Option<Find> = (!setup.walls.is_empty()).then(|| find(setup)),
 ///     }
 /// }
 /// ```

@@ -4,7 +4,7 @@
 //! remainder, so 32 bits suffice for bodies of any size and distance.
 
 use super::raster::{Drawn, NOTHING, Sample, TILE};
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Source, fragment};
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Precision, Size, Source, fragment, functions};
 use crate::shape::{self, Centreline, Geometry, Tag};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -16,11 +16,18 @@ const BAND: usize = 512;
 const MOST_OF_A_TILE: usize = 65_535;
 const WORKGROUP: u32 = 128;
 
+functions! {
+    CastTiles = struct CastArgs<'a> {
+        first_tile: usize, columns: usize, tiles: usize, first: &'a Buffer, members: &'a Buffer, drawn: &'a Buffer,
+        samples: &'a Buffer,
+    }
+}
+
 /// Casts rays on a device.
 pub struct Rays {
     gpu: Arc<Gpu>,
     /// Several threads may draw pictures, but the kernel serves one at a time.
-    kernel: Mutex<Kernel>,
+    kernel: Mutex<CastTiles>,
 }
 
 /// The layout of `Drawn` in `shaders/render/cast.wgsl`.
@@ -94,7 +101,7 @@ impl Rays {
     /// # Errors
     /// [`GpuError::Kernel`], [`GpuError::OutOfMemory`].
     pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
-        let kernel = Mutex::new(Kernel::new(&gpu, &source())?);
+        let kernel = Mutex::new(CastTiles::make(&gpu, source())?);
         Ok(Rays { gpu, kernel })
     }
 
@@ -123,15 +130,15 @@ impl Rays {
         let members = Buffer::with(gpu, "bodies of tiles", 4, bytemuck::cast_slice(members))?;
         let bodies = Buffer::with(gpu, "drawn bodies", size_of::<Cast>(), bytemuck::cast_slice(&bodies))?;
         let cast = Buffer::new(gpu, "samples", size_of::<Sample>(), (BAND * TILE * TILE) as u64)?;
-        let buffers = [("first", &starts), ("members", &members), ("drawn", &bodies), ("samples", &cast)];
         let tiles = first.len() - 1;
         let mut samples: Vec<Sample> = Vec::with_capacity(tiles * TILE * TILE);
         for band in (0..tiles).step_by(BAND) {
             let count = BAND.min(tiles - band);
-            let parameters = [band as u32, columns as u32, count as u32, 0];
+            let (first, members, drawn) = (&starts, &members, &bodies);
+            let arguments = CastArgs { first_tile: band, columns, tiles: count, first, members, drawn, samples: &cast };
             let mut record = gpu.record();
             record.stage("cast");
-            record.run_groups(&kernel, bytemuck::cast_slice(&parameters), &buffers, count as u64);
+            kernel.call(&mut record, Size::Groups(count as u64), arguments);
             let bytes = (count * TILE * TILE * size_of::<Sample>()) as u64;
             let read = record.read(&[(&cast, 0..bytes)])?;
             samples.extend(read.iter().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, Sample>(bytes)));
@@ -148,7 +155,7 @@ mod tests {
 
     #[test]
     fn the_kernel_is_valid_and_its_bodies_and_samples_are_laid_out_as_here() {
-        let module = validate(&source()).unwrap();
+        let module = validate(&CastTiles::sources(source())[0]).unwrap();
         let mut layouter = naga::proc::Layouter::default();
         layouter.update(module.to_ctx()).unwrap();
         let members = |of: &str| {

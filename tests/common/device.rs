@@ -1,42 +1,11 @@
 //! The one device of the test process.
 
+#[path = "../../src/gpu/test_device.rs"]
+mod test_device;
+
 use relcp::gpu::{Choice, Gpu, Precision};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
-
-/// How many tests were skipped.
-static SKIPPED: AtomicUsize = AtomicUsize::new(0);
-
-/// The device, or `None` after a line that says so.
-pub fn device() -> Option<&'static Arc<Gpu>> {
-    static DEVICE: OnceLock<Result<Arc<Gpu>, String>> = OnceLock::new();
-    let name = std::env::var("RELCP_ADAPTER").ok();
-    let open =
-        || Gpu::open(&Choice { name, software: true, ..Choice::default() }).map(Arc::new).map_err(|e| e.to_string());
-    match DEVICE.get_or_init(open) {
-        Ok(gpu) => Some(gpu),
-        Err(why) if std::env::var_os("RELCP_REQUIRE_GPU").is_some() => panic!("a GPU is required: {why}"),
-        Err(why) => {
-            let test = std::thread::current().name().unwrap_or("a test").to_owned();
-            // Not captured by the test harness, so that what was skipped can be counted.
-            use std::io::Write;
-            let skipped = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
-            let _ = writeln!(std::io::stderr(), "SKIP {skipped}: {test}: {why}");
-            None
-        }
-    }
-}
-
-/// The precisions that the device has; with `RELCP_PRECISION=f32` or `f64` that one alone.
-pub fn precisions(gpu: &Gpu) -> Vec<Precision> {
-    let mut all = vec![Precision::F32];
-    all.extend(gpu.has_f64().then_some(Precision::F64));
-    if let Ok(name) = std::env::var("RELCP_PRECISION") {
-        all.retain(|precision| precision.name() == name);
-        assert!(!all.is_empty(), "RELCP_PRECISION={name}: the device has no such precision");
-    }
-    all
-}
+#[allow(unused_imports)]
+pub(crate) use test_device::{precisions, test_device as device};
 
 #[test]
 fn opens_and_says_what_it_is() {

@@ -51,17 +51,7 @@ fn check(gpu: &Gpu, precision: Precision, lattice: Lattice) {
     let remainder_buffer = Buffer::reals(gpu, "remainders", precision, 4, split.iter().map(|s| s.1)).unwrap();
     let moved_buffer = Buffer::new(gpu, "moved", 4 * precision.bytes(), n as u64).unwrap();
     let mut record = gpu.record();
-    record.run(
-        &kernel,
-        &[],
-        &[
-            ("steps", &step_buffer),
-            ("cells", &cell_buffer),
-            ("remainders", &remainder_buffer),
-            ("moved", &moved_buffer),
-        ],
-        n as u64,
-    );
+    record.run(&kernel, &[], &[&step_buffer, &cell_buffer, &remainder_buffer, &moved_buffer], n as u64);
     let reals = (4 * n * precision.bytes()) as u64;
     let ranges = [(&cell_buffer, 0..16 * n as u64), (&remainder_buffer, 0..reals), (&moved_buffer, 0..reals)];
     let read = record.read(&ranges).unwrap();

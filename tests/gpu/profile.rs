@@ -27,7 +27,7 @@ impl Bench {
 
     fn dispatch(&self, record: &mut Recorder<'_>, stage: &'static str) {
         record.stage(stage);
-        record.run(&self.kernel, &[], &[("out", &self.out)], 1);
+        record.run(&self.kernel, &[], &[&self.out], 1);
     }
 }
 

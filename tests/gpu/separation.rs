@@ -180,7 +180,7 @@ fn kernels_compile_in_seconds() {
             let pairs = Buffer::reals(gpu, "pair", precision, 4, encoded(pose)).unwrap();
             let out = Buffer::new(gpu, "separation", 4 * precision.bytes(), 4).unwrap();
             let mut record = gpu.record();
-            record.run(&kernel, &[1, 0, 0, 0].map(u32::to_le_bytes).concat(), &[("pairs", &pairs), ("out", &out)], 1);
+            record.run(&kernel, &[1, 0, 0, 0].map(u32::to_le_bytes).concat(), &[&pairs, &out], 1);
             record.read(&[(&out, 0..16)]).unwrap();
             let seconds = begun.elapsed().as_secs_f64();
             println!("{}, planar {planar}, {}: compiled and run once in {seconds:.2} s", precision.name(), pair.name());

@@ -42,7 +42,7 @@ pub fn copy_bandwidth(gpu: &Gpu) -> Result<f64, GpuError> {
     let run = |copies: u32| {
         let mut record = gpu.record();
         for _ in 0..copies {
-            record.run(&kernel, &[], &[("from_here", &from), ("to_there", &to)], bytes / 16);
+            record.run(&kernel, &[], &[&from, &to], bytes / 16);
         }
         record.submit()?;
         gpu.wait()

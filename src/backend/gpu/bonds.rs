@@ -1,20 +1,31 @@
 //! Bonds on the device. A kernel adds their loads to those of the host and of heat; another finds the bonds that break.
 //! The host stores the bodies of each bond.
 
+use super::Setup;
 use super::source::{between, changing};
 use super::start::Stages;
 use super::states::Poses;
-use super::{Setup, words};
 use crate::bodies::Lineage;
 use crate::dynamics::{Bond, Incidence};
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Recorder, Source, fragment, kernels};
+use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder, Source};
+use crate::gpu::{arrays, fragment, functions, kernels};
+
+functions! {
+    pub(super) Pull = struct PullArgs<'a> {
+        adds: bool, periods: LatticePeriods, stages: Stages<'a>, here: &'a Poses, own: &'a BondBuffers,
+        loads: &'a Buffer,
+    }
+    pub(super) Snap = struct SnapArgs<'a> {
+        bonds: usize, stages: Stages<'a>, at: &'a Poses, own: &'a BondBuffers,
+    }
+}
 
 kernels! {
     /// The kernels of bonds.
     pub(super) struct BondKernels for setup: &Setup {
-        pull: Kernel = changing(setup, stretched(setup, "bonds").include(fragment!("dynamics/bonds.wgsl"))),
+        pull: Pull = changing(setup, stretched(setup, "bonds").include(fragment!("dynamics/bonds.wgsl"))),
         /// Where bonds can break.
-        snap: Option<Kernel> = setup.bonds.may_break()
+        snap: Option<Snap> = setup.bonds.may_break()
             .then(|| changing(setup, stretched(setup, "breaking bonds").include(fragment!("dynamics/break.wgsl")))),
     }
 }
@@ -42,6 +53,8 @@ pub(super) struct BondBuffers {
     /// What `ends` and `incident` hold.
     written: Incidence,
 }
+
+arrays! { BondBuffers { bonds, strengths, broken, ends, incident } }
 
 impl BondBuffers {
     /// Those of a scene; none where it has no bonds.
@@ -100,35 +113,14 @@ impl BondBuffers {
     /// Records the loads of bonds; where there are some (`adds`), beside those.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, loads: &Buffer, adds: bool) {
         let Some(kernels) = &stages.kernels.bonds else { return };
-        let (here, bodies) = (stages.here(), stages.start.bodies);
-        let buffers = [
-            ("cells", &here.cells),
-            ("remainders", &here.remainders),
-            ("orientations", &here.orientations),
-            ("bonds", &self.bonds),
-            ("broken", &self.broken),
-            ("ends", &self.ends),
-            ("incident", &self.incident),
-            ("loads", loads),
-        ];
-        let parameters = words([bodies as u32, u32::from(adds), 0, 0]);
-        record.run(&kernels.pull, &stages.start.of_pairs_here(stages.setup, &parameters), &buffers, bodies);
+        let (periods, here) = (stages.start.periods_here, stages.here());
+        kernels.pull.call(record, stages.start.bodies, PullArgs { adds, periods, stages, here, own: self, loads });
     }
 
     /// Records that bonds break that are stretched too far in the state `at`.
     pub fn record_breaking(&self, stages: Stages<'_>, record: &mut Recorder<'_>, at: &Poses) {
         let Some(BondKernels { snap: Some(snap), .. }) = &stages.kernels.bonds else { return };
-        let buffers = [
-            ("cells", &at.cells),
-            ("remainders", &at.remainders),
-            ("orientations", &at.orientations),
-            ("bonds", &self.bonds),
-            ("ends", &self.ends),
-            ("strengths", &self.strengths),
-            ("broken", &self.broken),
-        ];
-        let count = stages.setup.bonds.list().len() as u64;
-        let parameters = stages.start.of_pairs(stages.setup, &words([count as u32, 0, 0, 0]));
-        record.run(snap, &parameters, &buffers, count);
+        let bonds = stages.setup.bonds.list().len();
+        snap.call(record, bonds as u64, SnapArgs { bonds, stages, at, own: self });
     }
 }

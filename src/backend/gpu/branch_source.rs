@@ -2,11 +2,18 @@
 //! and the multipliers that are stored for the next step.
 
 use super::Setup;
+use super::branches::{
+    Aim, AppendBranches, CarryBranches, Choose, CountBranches, Match, RememberBranches, Stage, StartBranches,
+    StretchBranches, TightenBranches, Tightened,
+};
+use super::first::Ahead;
+use super::row_set::Move;
 use super::source::sheared::beside_images;
-use super::source::{base, changing, moved, numbers, of_pairs, spinning, stretched, with_flags};
+use super::source::{base, changing, moved, numbers, of_pairs, spinning, stretched};
+use super::source::{with_direction, with_flags, with_parts};
 use crate::backend::cpu::first::{AHEAD, DEEPEST_AHEAD};
 use crate::constraint::LEAST_ALIGNED;
-use crate::gpu::{Kernel, Source, fragment, kernels};
+use crate::gpu::{Source, fragment, kernels};
 use crate::separation::branches::gpu::Branched;
 use crate::shape::gpu::add_shapes_to;
 
@@ -14,22 +21,31 @@ use crate::shape::gpu::add_shapes_to;
 pub(super) const FIRST_ROW: u32 = 1 << 3;
 
 kernels! {
-    /// The kernels of a scene whose rows are by branches, beside those that have others for that.
+    /// The kernels of a scene whose rows are by branches.
     pub(super) struct BranchKernels for setup: &Setup {
-        choose: Kernel = choose(setup),
-        stage: Kernel = changing(setup, geometry(setup, "stage").include(fragment!("constraint/stage.wgsl"))),
-        start: Kernel = plain(setup, "start").include(fragment!("constraint/start_branches.wgsl")),
-        carry: Kernel = plain(setup, "carry branches").include(fragment!("constraint/carry_branches.wgsl")),
-        matched: Kernel = plain(setup, "match").include(fragment!("constraint/match.wgsl")),
-        tighten: Kernel = tighten(setup),
-        tightened: Kernel = plain(setup, "tightened").include(fragment!("constraint/tightened.wgsl")),
-        move_words: Kernel = moved(setup, "move words", "u32", 1),
+        choose: Choose = choose(setup),
+        count: CountBranches = plain(setup, "count").include(fragment!("constraint/count_branches.wgsl")),
+        append: AppendBranches = with_parts(numbers(plain(setup, "append")))
+            .include(fragment!("constraint/row.wgsl"))
+            .include(fragment!("constraint/append_branches.wgsl")),
+        remember: RememberBranches = with_direction(plain(setup, "remember"))
+            .include(fragment!("constraint/remember_branches.wgsl")),
+        stage: Stage = changing(setup, geometry(setup, "stage").include(fragment!("constraint/stage.wgsl"))),
+        start: StartBranches = plain(setup, "start").include(fragment!("constraint/start_branches.wgsl")),
+        carry: CarryBranches = plain(setup, "carry branches").include(fragment!("constraint/carry_branches.wgsl")),
+        matched: Match = plain(setup, "match").include(fragment!("constraint/match.wgsl")),
+        tighten: TightenBranches = with_parts(plain(setup, "tighten").real("LEAST_ALIGNED", LEAST_ALIGNED))
+            .include(fragment!("constraint/share.wgsl"))
+            .include(fragment!("constraint/tighten_branches.wgsl")),
+        tightened: Tightened = plain(setup, "tightened").include(fragment!("constraint/tightened.wgsl")),
+        move_words: Move = moved(setup, "move words", "u32", 1),
         /// Where first rows are made where the last velocities lead.
-        ahead: Option<Kernel> = setup.leads_ahead().then(|| ahead(setup)),
+        ahead: Option<Ahead> = setup.leads_ahead()
+            .then(|| base(setup, "ahead").real("AHEAD", AHEAD).include(fragment!("dynamics/ahead.wgsl"))),
         /// Where they are, and branches have a separation by their number.
-        aim: Option<Kernel> = (setup.leads_ahead() && Branched::of(&setup.shapes).has_ends()).then(|| aim(setup)),
+        aim: Option<Aim> = (setup.leads_ahead() && Branched::of(&setup.shapes).has_ends()).then(|| aim(setup)),
         /// The staged contacts at later lengths, where bodies grow and steps have a middle.
-        stretch: Option<Kernel> = (setup.midpoint && setup.growth.is_some())
+        stretch: Option<StretchBranches> = (setup.midpoint && setup.growth.is_some())
             .then(|| stretched(setup).include(fragment!("dynamics/stretch_branches.wgsl"))),
     }
 }
@@ -59,47 +75,11 @@ fn with_turning(setup: &Setup, source: Source) -> Source {
     source.text(&format!("fn last_turning(shape: vec4r, q: vec4r, kept: vec3r) -> vec3r {{ return {kept}; }}\n"))
 }
 
-/// The kernel of how many rows pairs will have.
-pub(super) fn count(setup: &Setup) -> Source {
-    plain(setup, "count").include(fragment!("constraint/count_branches.wgsl"))
-}
-
-/// The kernel that makes rows.
-pub(super) fn append(setup: &Setup) -> Source {
-    numbers(plain(setup, "append"))
-        .include(fragment!("dynamics/factor.wgsl"))
-        .include(fragment!("dynamics/axis.wgsl"))
-        .include(fragment!("constraint/part.wgsl"))
-        .include(fragment!("constraint/row.wgsl"))
-        .include(fragment!("constraint/append_branches.wgsl"))
-}
-
-/// The kernel of what the next step starts from.
-pub(super) fn remember(setup: &Setup) -> Source {
-    super::source::with_direction(plain(setup, "remember")).include(fragment!("constraint/remember_branches.wgsl"))
-}
-
 /// The kernel that chooses the branches of pairs that get a row.
 fn choose(setup: &Setup) -> Source {
     let source = with_flags(with_turning(setup, numbers(geometry(setup, "branches"))));
     let source = source.include(fragment!("constraint/branches.wgsl"));
-    changing(setup, beside_images(setup, source, "twists[2u * b].xyz - twists[2u * a].xyz"))
-}
-
-/// The kernel that tightens the rows of branches.
-fn tighten(setup: &Setup) -> Source {
-    plain(setup, "tighten")
-        .real("LEAST_ALIGNED", LEAST_ALIGNED)
-        .include(fragment!("dynamics/factor.wgsl"))
-        .include(fragment!("dynamics/axis.wgsl"))
-        .include(fragment!("constraint/part.wgsl"))
-        .include(fragment!("constraint/share.wgsl"))
-        .include(fragment!("constraint/tighten_branches.wgsl"))
-}
-
-/// The kernel that leads bodies to where first rows are made.
-fn ahead(setup: &Setup) -> Source {
-    base(setup, "ahead").real("AHEAD", AHEAD).include(fragment!("dynamics/ahead.wgsl"))
+    changing(setup, beside_images(setup, source, "start_twists[2u * b].xyz - start_twists[2u * a].xyz"))
 }
 
 /// The kernel that aims first rows at the end of the step.

@@ -4,26 +4,69 @@
 //! contacts are staged at the indices of the future rows, and the rows are made from them. Each row stores the index of
 //! its branch, which is the key of its stored multiplier.
 
+use super::Setup;
 use super::branch_source::{BranchKernels, FIRST_ROW};
 use super::candidates::Lists;
 use super::near::RowInputs;
 use super::row_set::RowSet;
+use super::row_set::{MoveArgs, RememberArgs};
 use super::source::Kernels;
 use super::start::{Part, Stages};
-use super::{Setup, words};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use super::states::{Poses, Shapes};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays, functions};
+use crate::lcp::gpu::DeviceProblem;
+
+functions! {
+    pub(super) Choose = struct ChooseArgs<'a> {
+        at_trial: bool, violating: f32, made: RowInputs<'a>, start: &'a Poses, remembered: &'a Buffer,
+    }
+    pub(super) Stage = struct StageArgs<'a> { made: RowInputs<'a>, row_start: &'a Buffer, own: &'a Branches }
+    pub(super) Aim = struct AimArgs<'a> {
+        start: &'a Poses, made: RowInputs<'a>, row_start: &'a Buffer, own: &'a Branches,
+    }
+    pub(super) StretchBranches = struct StretchBranchesArgs<'a> {
+        made: RowInputs<'a>, grown: &'a Shapes, row_start: &'a Buffer, own: &'a Branches,
+    }
+    pub(super) CountBranches = struct CountBranchesArgs<'a> {
+        has_rows: bool, made: RowInputs<'a>, problem: &'a DeviceProblem, counts: &'a Buffer,
+    }
+    pub(super) AppendBranches = struct AppendBranchesArgs<'a> {
+        first: bool, made: RowInputs<'a>, problem: &'a DeviceProblem, own: &'a Branches,
+    }
+    pub(super) StartBranches = struct StartBranchesArgs<'a> {
+        first: bool, made: RowInputs<'a>, problem: &'a DeviceProblem, own: &'a Branches, remembered: &'a Buffer,
+    }
+    pub(super) CarryBranches = struct CarryBranchesArgs<'a> {
+        lists: &'a Lists, old: &'a Lists, old_pair: &'a Buffer,
+    }
+    pub(super) Match = struct MatchArgs<'a> {
+        made: RowInputs<'a>, problem: &'a DeviceProblem, next_start: &'a Buffer, own: &'a Branches,
+    }
+    pub(super) TightenBranches = struct TightenBranchesArgs<'a> {
+        places: u64, made: RowInputs<'a>, problem: &'a DeviceProblem, own: &'a Branches,
+    }
+    pub(super) Tightened = struct TightenedArgs<'a> {
+        made: RowInputs<'a>, next_start: &'a Buffer, own: &'a Branches,
+    }
+    pub(super) RememberBranches = struct RememberBranchesArgs<'a> {
+        accepted: bool, lists: &'a Lists, problem: &'a DeviceProblem, own: &'a Branches, remembered: &'a Buffer,
+    }
+}
 
 /// What rows by branches need beside the rows.
 pub(super) struct Branches {
     /// Three vectors a row, see `shaders/constraint/stage.wgsl`.
     staged: Buffer,
     /// By row: the branch, and [`FIRST_ROW`]; and a spare.
-    pub features: [Buffer; 2],
+    features: Buffer,
+    spare_features: Buffer,
     /// By staged contact, see `shaders/constraint/match.wgsl`.
     partners: Buffer,
     /// By pair and branch: what the first half of a step ended with.
     middle: Buffer,
 }
+
+arrays! { Branches { staged, features, partners } }
 
 impl Branches {
     /// Those of a scene; none where it has the paper's rows.
@@ -34,7 +77,8 @@ impl Branches {
         let features = || Buffer::new(gpu, "branches of rows", 4, 0);
         Ok(Some(Branches {
             staged: Buffer::new(gpu, "staged contacts", 12 * setup.precision.bytes(), 0)?,
-            features: [features()?, features()?],
+            features: features()?,
+            spare_features: features()?,
             partners: Buffer::new(gpu, "rows to tighten", 4, 0)?,
             middle: remembered(gpu, setup)?,
         }))
@@ -49,71 +93,34 @@ impl Branches {
         targets: &Buffer,
         [old_rows, rows]: [u64; 2],
     ) -> Result<(), GpuError> {
-        let [from, to] = &mut self.features;
+        let (from, to) = (&mut self.features, &mut self.spare_features);
         to.reserve(gpu, rows)?;
-        record.run(
-            &kernels.move_words,
-            &words([old_rows as u32, 0, 0, 0]),
-            &[("targets", targets), ("source", from), ("moved", to)],
-            old_rows,
-        );
+        kernels.move_words.call(record, old_rows, MoveArgs { rows: old_rows, targets, source: from, moved: to });
         std::mem::swap(from, to);
         Ok(())
     }
 
     /// The branch of each row, for tests.
     pub fn read(&self, gpu: &Gpu, rows: u64) -> Result<Vec<u32>, GpuError> {
-        let read = gpu.record().read(&[(&self.features[0], 0..4 * rows)])?;
+        let read = gpu.record().read(&[(&self.features, 0..4 * rows)])?;
         let features: Vec<u32> = bytemuck::pod_collect_to_vec(&read[0]);
         Ok(features.into_iter().map(|feature| feature & !FIRST_ROW).collect())
     }
 
     fn stage(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
-        let RowInputs { stages, lists, poses, shapes, .. } = made;
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("cells", &poses.cells),
-            ("remainders", &poses.remainders),
-            ("orientations", &poses.orientations),
-            ("shapes", &shapes.shapes),
-            ("contacts", &lists.contacts),
-            ("row_start", row_start),
-            ("staged", &self.staged),
-        ];
-        let parameters = stages.start.of_pairs(stages.setup, &words([lists.pairs_count as u32, 0, 0, 0]));
-        record.run(&kernels.stage, &parameters, &buffers, lists.pairs_count);
+        kernels.stage.call(record, made.pairs(), StageArgs { made, row_start, own: self });
     }
 
     fn aim(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
         let (Some(aim), true) = (&kernels.aim, made.ahead) else { return };
-        let RowInputs { stages, lists, shapes, .. } = made;
-        let last = stages.states.start();
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("cells", &last.cells),
-            ("remainders", &last.remainders),
-            ("orientations", &last.orientations),
-            ("twists", &last.twists),
-            ("shapes", &shapes.shapes),
-            ("row_start", row_start),
-            ("staged", &self.staged),
-        ];
-        let parameters = stages.timed([lists.pairs_count as u32, 0, 0, 0]);
-        record.run(aim, &stages.start.of_pairs(stages.setup, &parameters), &buffers, lists.pairs_count);
+        let start = made.stages.states.start();
+        aim.call(record, made.pairs(), AimArgs { start, made, row_start, own: self });
     }
 
     fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
         let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part()) else { return };
-        let RowInputs { stages, lists, poses, shapes, .. } = made;
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("orientations", &poses.orientations),
-            ("shapes", &shapes.shapes),
-            ("grown", &stages.states.end_shapes().shapes),
-            ("row_start", row_start),
-            ("staged", &self.staged),
-        ];
-        record.run(stretch, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
+        let grown = made.stages.states.end_shapes();
+        stretch.call(record, made.pairs(), StretchBranchesArgs { made, grown, row_start, own: self });
     }
 }
 
@@ -131,37 +138,18 @@ impl RowSet {
         made: RowInputs<'_>,
         violating: Option<f64>,
     ) -> Result<(), GpuError> {
-        let RowInputs { stages, lists, poses, shapes, .. } = made;
-        let Stages { gpu, setup, kernels, states, start } = stages;
+        let RowInputs { stages: Stages { gpu, kernels, states, .. }, lists, .. } = made;
         let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
-        let mut from = &lists.remembered;
+        let mut remembered = &lists.remembered;
         if made.part() == Part::FromMiddle && violating.is_none() {
-            own.middle.reserve(gpu, lists.pairs_count)?;
-            let problem = &self.problem;
-            let buffers = [
-                ("row_start", &problem.block_start),
-                ("gamma", &problem.gamma),
-                ("features", &own.features[0]),
-                ("remembered", &own.middle),
-                ("contacts", &lists.contacts),
-            ];
-            record.run(&kernels.remember, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
-            from = &own.middle;
+            own.middle.reserve(gpu, made.pairs())?;
+            remembered = &own.middle;
+            let kept = RememberBranchesArgs { accepted: false, lists, problem: &self.problem, own, remembered };
+            of_branches.remember.call(record, made.pairs(), kept);
         }
-        let bits = (violating.unwrap_or(0.0) as f32).to_bits();
-        let of_kernel = [lists.pairs_count as u32, u32::from(violating.is_some()), bits, 0];
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("cells", &poses.cells),
-            ("remainders", &poses.remainders),
-            ("orientations", &poses.orientations),
-            ("shapes", &shapes.shapes),
-            ("twists", &states.start().twists),
-            ("remembered", from),
-            ("contacts", &lists.contacts),
-        ];
-        let parameters = stages.timed(of_kernel);
-        record.run(&of_branches.choose, &start.of_pairs(setup, &parameters), &buffers, lists.pairs_count);
+        let (at_trial, violating, start) = (violating.is_some(), violating.unwrap_or(0.0) as f32, states.start());
+        let chosen = ChooseArgs { at_trial, violating, made, start, remembered };
+        of_branches.choose.call(record, made.pairs(), chosen);
         Ok(())
     }
 
@@ -173,100 +161,47 @@ impl RowSet {
         made: RowInputs<'_>,
         first: bool,
     ) -> Result<(), GpuError> {
-        let (problem, RowInputs { stages, lists, motions, .. }) = (&self.problem, made);
-        let Stages { gpu, kernels, .. } = stages;
+        let (problem, Stages { gpu, kernels, .. }) = (&self.problem, made.stages);
         let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
         own.staged.reserve(gpu, problem.rows)?;
-        own.features[0].reserve(gpu, problem.rows)?;
+        own.features.reserve(gpu, problem.rows)?;
         own.stage(of_branches, record, made, &problem.block_start);
         if first {
             own.stretch(of_branches, record, made, &problem.block_start);
             own.aim(of_branches, record, made, &problem.block_start);
         }
-        let (pairs, bodies, first) = (lists.pairs_count, lists.bodies as u32, u32::from(first));
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("row_start", &problem.block_start),
-            ("staged", &own.staged),
-            ("motions", motions),
-            ("row_pairs", &problem.pair),
-            ("jacobian", &problem.jacobian),
-            ("q", &problem.q),
-            ("features", &own.features[0]),
-        ];
-        let parameters = stages.timed([pairs as u32, first, bodies, 0]);
-        record.run(&kernels.append, &parameters, &buffers, pairs);
-        let from = if made.part() == Part::FromMiddle { &own.middle } else { &lists.remembered };
-        let buffers = [
-            ("row_start", &problem.block_start),
-            ("staged", &own.staged),
-            ("remembered", from),
-            ("gamma", &problem.gamma),
-        ];
-        record.run(&of_branches.start, &words([pairs as u32, first, 0, 0]), &buffers, pairs);
+        of_branches.append.call(record, made.pairs(), AppendBranchesArgs { first, made, problem, own });
+        let remembered = if made.part() == Part::FromMiddle { &own.middle } else { &made.lists.remembered };
+        of_branches.start.call(record, made.pairs(), StartBranchesArgs { first, made, problem, own, remembered });
         Ok(())
     }
 
     /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer.
     pub(super) fn tighten_branches(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
-        let (problem, RowInputs { stages, lists, motions, .. }) = (&self.problem, made);
-        let Stages { gpu, kernels, start, .. } = stages;
+        let (problem, Stages { gpu, kernels, .. }) = (&self.problem, made.stages);
         let (Some(own), Some(kernels)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
         // One for each violation, beside those there are.
         let rows = self.next;
         own.staged.reserve(gpu, rows)?;
         own.partners.reserve(gpu, rows)?;
         own.stage(kernels, record, made, &self.next_start);
-        let of_pairs = words([lists.pairs_count as u32, 0, 0, 0]);
-        let buffers = [
-            ("row_start", &problem.block_start),
-            ("next_start", &self.next_start),
-            ("features", &own.features[0]),
-            ("staged", &own.staged),
-            ("partners", &own.partners),
-        ];
-        record.run(&kernels.matched, &of_pairs, &buffers, lists.pairs_count);
-        let buffers = [
-            ("staged", &own.staged),
-            ("row_pairs", &problem.pair),
-            ("jacobian", &problem.jacobian),
-            ("velocities", &problem.velocity),
-            ("motions", motions),
-            ("q", &problem.q),
-            ("partners", &own.partners),
-        ];
-        let parameters = stages.timed([rows as u32, start.bodies as u32, 0, 0]);
-        record.run(&kernels.tighten, &parameters, &buffers, rows);
-        let buffers = [
-            ("next_start", &self.next_start),
-            ("staged", &own.staged),
-            ("partners", &own.partners),
-            ("contacts", &lists.contacts),
-        ];
-        record.run(&kernels.tightened, &of_pairs, &buffers, lists.pairs_count);
+        let (pairs, next_start) = (made.pairs(), &self.next_start);
+        kernels.matched.call(record, pairs, MatchArgs { made, problem, next_start, own });
+        kernels.tighten.call(record, rows, TightenBranchesArgs { places: rows, made, problem, own });
+        kernels.tightened.call(record, pairs, TightenedArgs { made, next_start, own });
         Ok(())
     }
 
     /// Records what the next step starts from.
     pub fn remember(&self, kernels: &Kernels, record: &mut Recorder<'_>, lists: &Lists) {
-        let problem = &self.problem;
-        let parameters = words([lists.pairs_count as u32, 1, 0, 0]);
-        match &self.branches {
-            Some(own) => {
-                let buffers = [
-                    ("row_start", &problem.block_start),
-                    ("gamma", &problem.gamma),
-                    ("features", &own.features[0]),
-                    ("remembered", &lists.remembered),
-                    ("contacts", &lists.contacts),
-                ];
-                record.run(&kernels.remember, &parameters, &buffers, lists.pairs_count);
-            }
-            None => {
-                let buffers =
-                    [("row_start", &problem.block_start), ("gamma", &problem.gamma), ("contacts", &lists.contacts)];
-                record.run(&kernels.remember, &parameters, &buffers, lists.pairs_count);
-            }
+        let (problem, pairs) = (&self.problem, lists.pairs_count);
+        if let (Some(own), Some(kernels)) = (&self.branches, &kernels.branches) {
+            let remembered = &lists.remembered;
+            let kept = RememberBranchesArgs { accepted: true, lists, problem, own, remembered };
+            kernels.remember.call(record, pairs, kept);
+        }
+        if let Some(kernels) = &kernels.paper {
+            kernels.remember.call(record, pairs, RememberArgs { lists, problem });
         }
     }
 }

@@ -1,15 +1,32 @@
 //! Candidate pairs on the device: a list that is kept while the box of every body lies inside the box that the list was
 //! made with, and the stored values of each pair.
 
+use super::branches::CarryBranchesArgs;
 use super::row_set::RowSet;
 use super::source::Kernels;
 use super::states::{Poses, Shapes};
 use super::walls::Surfaces;
-use super::{Setup, branches, words};
-use crate::broad_phase::gpu::Search;
-use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder};
+use super::{Setup, branches};
+use crate::broad_phase::gpu::{Boxes, Search};
+use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder, arrays, functions};
 use crate::walls::Walls;
 use crate::warm::Warm;
+
+functions! {
+    pub(super) Inside = struct InsideArgs<'a> {
+        bodies: u64, has_list: bool, start: &'a Poses, boxes: &'a Buffer, stored: &'a Boxes, report: &'a Buffer,
+    }
+    pub(super) Store = struct StoreArgs<'a> {
+        bodies: u64, skin: &'a Buffer, start: &'a Poses, boxes: &'a Buffer, stored: &'a Boxes,
+    }
+    pub(super) FindOld = struct FindOldArgs<'a> {
+        old_bodies: u64, lists: &'a Lists, old: &'a Lists, old_pair: &'a Buffer,
+    }
+    pub(super) Carry = struct CarryArgs<'a> {
+        has_rows: bool, lists: &'a Lists, old: &'a Lists, old_pair: &'a Buffer, old_row_start: &'a Buffer,
+        counts: &'a Buffer,
+    }
+}
 
 /// Calls that a list should last for: a search costs about as much as a dozen narrow phases.
 const FEW_CALLS: u64 = 16;
@@ -36,6 +53,10 @@ pub(super) struct Lists {
     pub bodies: u64,
 }
 
+arrays! { Lists {
+    pairs, adjacency_start, start: adjacency_start, adjacency, contacts, remembered; pairs: pairs_count
+} }
+
 pub(super) struct Candidates {
     pub lists: Lists,
     old: Lists,
@@ -44,7 +65,7 @@ pub(super) struct Candidates {
     no_rows: Buffer,
     search: Search,
     pub surfaces: Option<Surfaces>,
-    pub stored: [Buffer; 3],
+    pub stored: Boxes,
     skin_buffer: Buffer,
     skin: Option<f64>,
     calls: u64,
@@ -58,7 +79,7 @@ pub(super) struct Candidates {
 }
 
 impl Lists {
-    fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
         Ok(Lists {
             pairs_count: 0,
             body_pairs: 0,
@@ -87,11 +108,11 @@ impl Candidates {
                 (setup.lattice, setup.lattice_periods, setup.strain.is_some()),
             )?,
             surfaces: Surfaces::new(gpu, setup)?,
-            stored: [
-                Buffer::new(gpu, "stored cells", 16, 0)?,
-                Buffer::new(gpu, "stored remainders", 4 * real, 0)?,
-                Buffer::new(gpu, "stored boxes", 4 * real, 0)?,
-            ],
+            stored: Boxes {
+                cells: Buffer::new(gpu, "stored cells", 16, 0)?,
+                remainders: Buffer::new(gpu, "stored remainders", 4 * real, 0)?,
+                boxes: Buffer::new(gpu, "stored boxes", 4 * real, 0)?,
+            },
             skin_buffer: Buffer::new(gpu, "skin", real, 1)?,
             skin: None,
             calls: 0,
@@ -146,21 +167,9 @@ impl Candidates {
         (start, boxes, report): (&Poses, &Buffer, &Buffer),
         bodies: u64,
     ) -> Result<(), GpuError> {
-        for buffer in &mut self.stored {
-            buffer.reserve(gpu, bodies)?;
-        }
-        let [cells, remainders, stored] = &self.stored;
-        let parameters = words([bodies as u32, u32::from(self.is_for(bodies)), 0, 0]);
-        let buffers = [
-            ("cells", &start.cells),
-            ("remainders", &start.remainders),
-            ("boxes", boxes),
-            ("stored_cells", cells),
-            ("stored_remainders", remainders),
-            ("stored_boxes", stored),
-            ("report", report),
-        ];
-        record.run(&kernels.inside, &parameters, &buffers, bodies);
+        self.stored.reserve(gpu, bodies)?;
+        let (has_list, stored) = (self.is_for(bodies), &self.stored);
+        kernels.inside.call(record, bodies, InsideArgs { bodies, has_list, start, boxes, stored, report });
         Ok(())
     }
 
@@ -179,25 +188,15 @@ impl Candidates {
         self.skin_buffer.write(gpu, 0, &setup.precision.encode([skin]));
         let mut record = gpu.record();
         record.stage("broad phase");
-        let [cells, remainders, stored] = &self.stored;
-        let parameters = words([bodies as u32, 0, 0, 0]);
-        let buffers = [
-            ("skin", &self.skin_buffer),
-            ("cells", &start.cells),
-            ("remainders", &start.remainders),
-            ("boxes", boxes),
-            ("stored_cells", cells),
-            ("stored_remainders", remainders),
-            ("stored_boxes", stored),
-        ];
-        record.run(&kernels.store, &parameters, &buffers, bodies);
+        let (skin, stored) = (&self.skin_buffer, &self.stored);
+        kernels.store.call(&mut record, bodies, StoreArgs { bodies, skin, start, boxes, stored });
         record.submit()?;
         std::mem::swap(&mut self.lists, &mut self.old);
         let lists = &mut self.lists;
         // The search writes into the buffers of the list before the last, and the last one stays for what is carried
         // over.
         self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
-        let found = self.search.run(gpu, cells, remainders, stored, bodies);
+        let found = self.search.run(gpu, &stored.cells, &stored.remainders, &stored.boxes, bodies);
         self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
         found?;
         (lists.body_pairs, lists.bodies) = (self.search.count(), bodies);
@@ -217,50 +216,29 @@ impl Candidates {
         self.carry(gpu, kernels, rows)
     }
 
-    fn carry(&mut self, gpu: &Gpu, kernels: &Kernels, rows: Option<&mut RowSet>) -> Result<(), GpuError> {
+    fn carry(&mut self, gpu: &Gpu, kernels: &Kernels, mut rows: Option<&mut RowSet>) -> Result<(), GpuError> {
         let (lists, old, pairs) = (&self.lists, &self.old, self.lists.pairs_count);
         let mut record = gpu.record();
         record.stage("broad phase");
         self.old_pair.reserve(gpu, pairs)?;
         self.no_rows.reserve(gpu, pairs)?;
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("old_pairs", &old.pairs),
-            ("old_start", &old.adjacency_start),
-            ("old_adjacency", &old.adjacency),
-            ("old_pair", &self.old_pair),
-        ];
-        record.run(&kernels.find, &words([pairs as u32, old.bodies as u32, 0, 0]), &buffers, pairs);
-        if let Some(kernels) = &kernels.branches {
-            let buffers =
-                [("old_pair", &self.old_pair), ("old_remembered", &old.remembered), ("remembered", &lists.remembered)];
-            record.run(&kernels.carry, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
+        if let Some(rows) = &mut rows {
+            rows.counts.reserve(gpu, pairs)?;
         }
-        let parameters = words([pairs as u32, u32::from(rows.is_some()), 0, 0]);
-        match rows {
-            Some(rows) => {
-                rows.counts.reserve(gpu, pairs)?;
-                let starts = &rows.problem.block_start;
-                let buffers = [
-                    ("old_pair", &self.old_pair),
-                    ("old_contacts", &old.contacts),
-                    ("old_start", starts),
-                    ("contacts", &lists.contacts),
-                    ("counts", &rows.counts),
-                ];
-                record.run(&kernels.carry, &parameters, &buffers, pairs);
-                rows.carry(gpu, kernels, &mut record, pairs, &self.old_pair)?;
-            }
-            None => {
-                let buffers = [
-                    ("old_pair", &self.old_pair),
-                    ("old_contacts", &old.contacts),
-                    ("old_start", &old.adjacency_start),
-                    ("contacts", &lists.contacts),
-                    ("counts", &self.no_rows),
-                ];
-                record.run(&kernels.carry, &parameters, &buffers, pairs);
-            }
+        let (old_bodies, old_pair) = (old.bodies, &self.old_pair);
+        kernels.find.call(&mut record, pairs, FindOldArgs { old_bodies, lists, old, old_pair });
+        if let Some(kernels) = &kernels.branches {
+            kernels.carry.call(&mut record, pairs, CarryBranchesArgs { lists, old, old_pair });
+        }
+        let (old_row_start, counts) = match &rows {
+            Some(rows) => (&rows.problem.block_start, &rows.counts),
+            None => (&old.adjacency_start, &self.no_rows),
+        };
+        let has_rows = rows.is_some();
+        let carried = CarryArgs { has_rows, lists, old, old_pair, old_row_start, counts };
+        kernels.carry.call(&mut record, pairs, carried);
+        if let Some(rows) = rows {
+            rows.carry(gpu, kernels, &mut record, pairs, old_pair)?;
         }
         record.submit()
     }

@@ -5,15 +5,21 @@
 //! levers in its precision.
 
 use super::unrounded::coarse_and_fine;
-use super::words;
 use crate::bodies::Bodies;
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Source, fragment};
+use crate::gpu::{Buffer, Gpu, GpuError, Lattice, Made, Precision, Recorder, Source, arrays, fragment, functions};
 use crate::separation::Separation;
 use crate::separation::gpu::{PairFamilies, add_bodies_to, add_places_to, surface_numbers};
 use crate::step::{Candidate, Contact, candidates};
 use crate::walls::{AtSurface, WallContact, Walls};
 use glam::{DVec3, I64Vec3};
 use std::collections::HashMap;
+
+functions! {
+    OfPairs = struct OfPairsArgs<'a> { count: u64, pairs: &'a Buffer, placed: &'a Placed, contacts: &'a Buffer }
+    OfPlaces = struct OfPlacesArgs<'a> {
+        count: u64, pairs: &'a Buffer, placed: &'a Placed, surfaces: &'a Buffer, contacts: &'a Buffer,
+    }
+}
 
 /// Pairs handed to a device at once: their contacts take 96 MiB in 64-bit numbers.
 const PAIRS_AT_ONCE: usize = 1 << 20;
@@ -36,14 +42,19 @@ pub fn contacts(gpu: &Gpu, precision: Precision, bodies: &Bodies, cutoff: f64) -
     let families = PairFamilies::needed(bodies.shape.iter().copied());
     let kernel = |families: &PairFamilies| {
         let source = families.add_to(base(&lattice, precision, families.name()), bodies.planar);
-        Kernel::new(gpu, &source.include(fragment!("separation/contacts.wgsl")))
+        OfPairs::make(gpu, source.include(fragment!("separation/contacts.wgsl")))
     };
     let kernels = if found.is_empty() { Vec::new() } else { families.iter().map(kernel).collect::<Result<_, _>>()? };
     let mut contacts = Vec::new();
     for part in found.chunks(PAIRS_AT_ONCE) {
         let (places, pairs) = places(bodies, part);
         let placed = Placed::new(gpu, precision, &lattice, bodies, &places)?;
-        let separations = separate(gpu, precision, &kernels, &placed, &pairs, None)?;
+        let placed = &placed;
+        let separations = separate(gpu, precision, &pairs, |record, count, pairs, contacts| {
+            for kernel in &kernels {
+                kernel.call(record, count, OfPairsArgs { count, pairs, placed, contacts });
+            }
+        })?;
         let near = part.iter().zip(separations).filter(|(_, found)| found.separation <= cutoff);
         contacts.extend(near.map(|(candidate, found)| Contact::new(*candidate, found)));
     }
@@ -72,13 +83,16 @@ pub fn wall_contacts(
     let surfaces = Buffer::reals(gpu, "surfaces", precision, 4, numbers)?;
     let source = add_places_to(base(&lattice, precision, "surfaces"), &lattice, &bodies.shape);
     let source = source.integer("PLACES", AtSurface::PLACES).include(fragment!("walls/contacts.wgsl"));
-    let kernels = [Kernel::new(gpu, &source)?];
+    let kernel = OfPlaces::make(gpu, source)?;
     let mut contacts = Vec::new();
     for part in found.chunks(PAIRS_AT_ONCE) {
         let places: Vec<_> = part.iter().map(|[body, _]| (*body, I64Vec3::ZERO)).collect();
         let placed = Placed::new(gpu, precision, &lattice, bodies, &places)?;
         let pairs: Vec<[u32; 2]> = part.iter().enumerate().map(|(i, [_, at])| [i as u32, *at as u32]).collect();
-        let separations = separate(gpu, precision, &kernels, &placed, &pairs, Some(&surfaces))?;
+        let (placed, surfaces) = (&placed, &surfaces);
+        let separations = separate(gpu, precision, &pairs, |record, count, pairs, contacts| {
+            kernel.call(record, count, OfPlacesArgs { count, pairs, placed, surfaces, contacts });
+        })?;
         let near = part.iter().zip(separations).filter(|(_, found)| found.separation <= cutoff);
         contacts.extend(near.map(|([body, at], found)| WallContact::new(*body, walls.wall_of(*at), found)));
     }
@@ -128,6 +142,8 @@ struct Placed {
     shapes: Buffer,
 }
 
+arrays! { Placed { cells, remainders, orientations, shapes } }
+
 impl Placed {
     fn new(
         gpu: &Gpu,
@@ -160,32 +176,19 @@ impl Placed {
     }
 }
 
-/// The separations of pairs of bodies, or of bodies and surfaces where there are any.
+/// The separations of pairs, which `call` has computed of so many in a list.
 fn separate(
     gpu: &Gpu,
     precision: Precision,
-    kernels: &[Kernel],
-    placed: &Placed,
     pairs: &[[u32; 2]],
-    surfaces: Option<&Buffer>,
+    call: impl Fn(&mut Recorder<'_>, u64, &Buffer, &Buffer),
 ) -> Result<Vec<Separation>, GpuError> {
     let count = pairs.len() as u64;
     let list = Buffer::with(gpu, "pairs", 8, bytemuck::cast_slice(pairs))?;
     let out = Buffer::new(gpu, "contacts", NUMBERS * precision.bytes(), count)?;
     let mut record = gpu.record();
     record.stage("contacts");
-    for kernel in kernels {
-        let mut buffers = vec![
-            ("pairs", &list),
-            ("cells", &placed.cells),
-            ("remainders", &placed.remainders),
-            ("orientations", &placed.orientations),
-            ("shapes", &placed.shapes),
-        ];
-        buffers.extend(surfaces.map(|surfaces| ("surfaces", surfaces)));
-        buffers.push(("contacts", &out));
-        record.run(kernel, &words([count as u32, 0, 0, 0]), &buffers, count);
-    }
+    call(&mut record, count, &list, &out);
     let read = record.read(&[(&out, 0..count * (NUMBERS * precision.bytes()) as u64)])?;
     let numbers = precision.decode(&read[0]);
     let separation = |v: &[f64; NUMBERS]| {

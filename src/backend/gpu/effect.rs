@@ -6,15 +6,30 @@
 //! are not checked; bodies and pairs are named only where a guarantee is violated; energy is not measured.
 
 use super::Setup;
+use super::candidates::Lists;
+use super::motions::Motions;
 use super::narrow_phase::{NarrowPhase, Report};
 use super::row_set::RowSet;
 use super::source::{numbers, reporting, with_bodies, with_flags};
 use super::start::Stages;
+use super::states::{Poses, Shapes};
 use crate::backend::cpu::two_sided::THROWN;
-use crate::gpu::{Buffer, GpuError, Recorder, Source, fragment};
+use crate::gpu::{Buffer, GpuError, Recorder, Source, fragment, functions};
+use crate::lcp::gpu::DeviceProblem;
 use crate::step::{Effect, GAP};
 use crate::walls::{AtSurface, number_of};
 use bytemuck::pod_read_unaligned;
+
+functions! {
+    pub(super) Farthest = struct FarthestArgs<'a> {
+        pass_number: u32, stages: Stages<'a>, shapes: &'a Shapes, trial: &'a Poses, motions: &'a Motions,
+        report: &'a Buffer,
+    }
+    pub(super) Pushes = struct PushesArgs<'a> {
+        pass_number: u32, least: f32, start_overlap: f32, stages: Stages<'a>, lists: &'a Lists,
+        problem: &'a DeviceProblem, shapes: &'a Shapes, motions: &'a Motions, report: &'a Buffer,
+    }
+}
 
 impl Setup {
     /// Up to which part of the thinner body's thickness the separations of a trial are computed: where contacts that
@@ -47,7 +62,7 @@ pub(super) fn pushes(setup: &Setup) -> Option<Source> {
 /// What the kernels of what contact does read.
 pub(super) struct Effects<'a> {
     pub stages: Stages<'a>,
-    pub motions: &'a Buffer,
+    pub motions: &'a Motions,
     pub narrow: &'a NarrowPhase,
     pub rows: &'a RowSet,
     /// What the last solve was to reach, and the deepest overlap where the step's first rows were made.
@@ -57,31 +72,16 @@ pub(super) struct Effects<'a> {
 
 impl Effects<'_> {
     /// Records what contact does on the way to the trial; in a second pass what does the most of it.
-    pub fn record(&self, record: &mut Recorder<'_>, pass: u32) {
-        let Stages { kernels, states, start, .. } = self.stages;
-        let (bodies, shapes) = (start.bodies, &states.end_shapes().shapes);
-        let buffers = [
-            ("shapes", shapes),
-            ("orientations", &states.trial.orientations),
-            ("motions", self.motions),
-            ("report", &self.narrow.report),
-        ];
-        record.run(&kernels.farthest, &self.stages.timed([bodies as u32, pass, 0, 0]), &buffers, bodies);
-        let Some(kernel) = &kernels.pushes else { return };
+    pub fn record(&self, record: &mut Recorder<'_>, pass_number: u32) {
+        let (stages, motions, report) = (self.stages, self.motions, &self.narrow.report);
+        let (shapes, trial) = (stages.states.end_shapes(), &stages.states.trial);
+        let farthest = FarthestArgs { pass_number, stages, shapes, trial, motions, report };
+        stages.kernels.farthest.call(record, stages.start.bodies, farthest);
+        let Some(kernel) = &stages.kernels.pushes else { return };
         let (lists, problem) = (&self.narrow.candidates.lists, &self.rows.problem);
-        let pairs = lists.pairs_count;
-        let [least, overlap] = [self.tolerance, self.overlap].map(|x| (x as f32).to_bits());
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("row_start", &problem.block_start),
-            ("gamma", &problem.gamma),
-            ("jacobian", &problem.jacobian),
-            ("contacts", &lists.contacts),
-            ("shapes", shapes),
-            ("motions", self.motions),
-            ("report", &self.narrow.report),
-        ];
-        record.run(kernel, &self.stages.timed([pairs as u32, pass, least, overlap]), &buffers, pairs);
+        let (least, start_overlap) = (self.tolerance as f32, self.overlap as f32);
+        let pushes = PushesArgs { pass_number, least, start_overlap, stages, lists, problem, shapes, motions, report };
+        kernel.call(record, lists.pairs_count, pushes);
     }
 
     /// What contact did on the way to a trial of which this was found.

@@ -3,11 +3,21 @@
 //! leads. Otherwise it is the state at the beginning of the step.
 
 use super::Setup;
+use super::motions::Motions;
 use super::narrow_phase::Report;
 use super::start::{Part, Stages};
 use super::states::Poses;
 use crate::backend::cpu::first::DEEPEST_AHEAD;
-use crate::gpu::{Buffer, Recorder};
+use crate::gpu::{Recorder, functions};
+
+functions! {
+    pub(super) Ahead = struct AheadArgs<'a> {
+        stages: Stages<'a>, start: &'a Poses, motions: &'a Motions, ahead: &'a Poses,
+    }
+    pub(super) Carried = struct CarriedArgs<'a> {
+        stages: Stages<'a>, start: &'a Poses, motions: &'a Motions, ahead: &'a Poses,
+    }
+}
 
 impl Setup {
     /// Whether first rows may be made where the last velocities lead.
@@ -48,40 +58,18 @@ impl First {
     }
 
     /// Records where first rows are made, and with which velocities bodies come there.
-    pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Buffer) {
+    pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Motions) {
         self.record_carried(stages, record, motions);
         let kernel = stages.kernels.branches.as_ref().and_then(|kernels| kernels.ahead.as_ref());
         let (Some(kernel), true) = (kernel, self.is_ahead(stages.start.part)) else { return };
-        let (start, ahead, bodies) = (stages.states.start(), self.poses(stages), stages.start.bodies);
-        let buffers = [
-            ("cells", &start.cells),
-            ("remainders", &start.remainders),
-            ("orientations", &start.orientations),
-            ("twists", &start.twists),
-            ("motions", motions),
-            ("ahead_cells", &ahead.cells),
-            ("ahead_remainders", &ahead.remainders),
-            ("ahead_orientations", &ahead.orientations),
-        ];
-        record.run(kernel, &stages.timed([bodies as u32, 0, 0, 0]), &buffers, bodies);
+        let (start, ahead) = (stages.states.start(), self.poses(stages));
+        kernel.call(record, stages.start.bodies, AheadArgs { stages, start, motions, ahead });
     }
 
     /// Records where the flow of a changing cell leads bodies.
-    fn record_carried(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Buffer) {
-        let Stages { setup, kernels, .. } = stages;
-        let (Some(kernel), Some(strain)) = (&kernels.carried, &setup.strain) else { return };
-        let (start, ahead, bodies) = (stages.states.start(), self.poses(stages), stages.start.bodies);
-        let buffers = [
-            ("cells", &start.cells),
-            ("remainders", &start.remainders),
-            ("orientations", &start.orientations),
-            ("motions", motions),
-            ("ahead_cells", &ahead.cells),
-            ("ahead_remainders", &ahead.remainders),
-            ("ahead_orientations", &ahead.orientations),
-        ];
-        let rates = setup.precision.encode(strain.rates(stages.start.time).to_array());
-        let parameters = [stages.timed([bodies as u32, 0, 0, 0]), rates].concat();
-        record.run(kernel, &parameters, &buffers, bodies);
+    fn record_carried(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Motions) {
+        let Some(kernel) = &stages.kernels.carried else { return };
+        let (start, ahead) = (stages.states.start(), self.poses(stages));
+        kernel.call(record, stages.start.bodies, CarriedArgs { stages, start, motions, ahead });
     }
 }

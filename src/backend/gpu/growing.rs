@@ -2,14 +2,35 @@
 //! are prescribed and so known without a read-back. A kernel moves and turns the daughters. Only where pressure slows
 //! growth, the state is read back for this in each step.
 
+use super::Setup;
 use super::ancestry::Ancestry;
-use super::source::GrowthKernels;
+use super::source::base;
 use super::start::Start;
-use super::states::{Shapes, States};
+use super::states::{Poses, Shapes, States};
 use super::unrounded::split_length;
-use super::{Setup, words};
 use crate::dynamics::growth::Turn;
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Source, arrays, fragment, functions, kernels};
+use crate::shape::gpu::add_shapes_to;
+
+functions! {
+    pub(super) Grow = struct GrowArgs<'a> { bodies: u64, shapes: &'a Shapes, own: &'a GrowthBuffers }
+    pub(super) Divide = struct DivideArgs<'a> {
+        divisions: u64, own: &'a GrowthBuffers, start: &'a Poses, shapes: &'a Shapes,
+    }
+}
+
+kernels! {
+    /// The kernels of growth and division.
+    pub(super) struct GrowthKernels for setup: &Setup {
+        grow: Grow = with_lengths(setup, "grow").include(fragment!("dynamics/grow.wgsl")),
+        divide: Divide = with_lengths(setup, "divide").include(fragment!("dynamics/divide.wgsl")),
+    }
+}
+
+/// A source that knows shapes, and lengths that grow.
+fn with_lengths(setup: &Setup, name: &str) -> Source {
+    add_shapes_to(base(setup, name).real("LENGTH_PITCH", setup.length_pitch))
+}
 
 /// What the kernels of growth read that the host writes. The buffers are kept: new ones would make the device bind all
 /// its kernels anew.
@@ -20,6 +41,8 @@ pub(super) struct GrowthBuffers {
     divisions: Buffer,
     indices: Buffer,
 }
+
+arrays! { GrowthBuffers { growths, divisions, indices } }
 
 impl GrowthBuffers {
     pub fn new(gpu: &Gpu, setup: &Setup, ancestry: &mut Ancestry) -> Result<Self, GpuError> {
@@ -45,8 +68,7 @@ impl GrowthBuffers {
 
     /// Records what the bodies grow by in a part of the step.
     pub fn record(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, shapes: &Shapes, bodies: u64) {
-        let buffers = [("shapes", &shapes.shapes), ("lengths", &shapes.lengths), ("growths", &self.growths)];
-        record.run(&kernels.grow, &words([bodies as u32, 0, 0, 0]), &buffers, bodies);
+        kernels.grow.call(record, bodies, GrowArgs { bodies, shapes, own: self });
     }
 
     /// Writes the divisions of a step: 12 numbers and two indices each.
@@ -118,18 +140,8 @@ impl Start {
     }
 
     /// Records that mothers become two daughters.
-    fn record_divisions(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, states: &States, count: u64) {
-        let (start, shapes) = (states.start(), states.end_shapes());
-        let buffers = [
-            ("divisions", &self.growth.divisions),
-            ("indices", &self.growth.indices),
-            ("cells", &start.cells),
-            ("remainders", &start.remainders),
-            ("orientations", &start.orientations),
-            ("shapes", &shapes.shapes),
-            ("lengths", &shapes.lengths),
-            ("twists", &start.twists),
-        ];
-        record.run(&kernels.divide, &words([count as u32, 0, 0, 0]), &buffers, count);
+    fn record_divisions(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, states: &States, divisions: u64) {
+        let (own, start, shapes) = (&self.growth, states.start(), states.end_shapes());
+        kernels.divide.call(record, divisions, DivideArgs { divisions, own, start, shapes });
     }
 }

@@ -3,10 +3,18 @@
 use super::Setup;
 use super::source::{base, damped};
 use super::start::Stages;
+use super::states::{Poses, Shapes};
 use crate::bodies::Lineage;
 use crate::dynamics::{Dynamics, draw};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Source, fragment};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Source, fragment, functions};
 use crate::shape::gpu::add_shapes_to;
+
+functions! {
+    pub(super) RandomLoads = struct RandomLoadsArgs<'a> {
+        adds: bool, step_low: u32, step_high: u32, stages: Stages<'a>, ids: &'a Buffer, shapes: &'a Shapes,
+        here: &'a Poses, loads: &'a Buffer,
+    }
+}
 
 /// The kernel of random loads; none where the scene has no heat.
 pub(super) fn source(setup: &Setup) -> Option<Source> {
@@ -60,11 +68,9 @@ impl Ids {
     /// Records the random loads of the step; where the host has written some (`adds`), beside those.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, loads: &Buffer, adds: bool) {
         let Some(heat) = &stages.kernels.heat else { return };
-        let (start, here, shapes) = (stages.start, stages.here(), stages.here_shapes());
-        let [low, high] = draw::halves(start.step);
-        let parameters = stages.timed([start.bodies as u32, u32::from(adds), low, high]);
-        let buffers =
-            [("ids", &self.buffer), ("shapes", &shapes.shapes), ("orientations", &here.orientations), ("loads", loads)];
-        record.run(heat, &parameters, &buffers, start.bodies);
+        let [step_low, step_high] = draw::halves(stages.start.step);
+        let (ids, shapes, here) = (&self.buffer, stages.here_shapes(), stages.here());
+        let warmed = RandomLoadsArgs { adds, step_low, step_high, stages, ids, shapes, here, loads };
+        heat.call(record, stages.start.bodies, warmed);
     }
 }

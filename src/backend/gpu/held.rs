@@ -1,15 +1,21 @@
 //! Bodies that do not move, on the device. Their motions are set to zero, and two of them never form a pair.
 
+use super::Setup;
 use super::candidates::Lists;
+use super::motions::Motions;
 use super::source::{Kernels, base, numbers, with_flags};
-use super::{Setup, words};
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Recorder, fragment, kernels};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, fragment, functions, kernels};
+
+functions! {
+    pub(super) Hold = struct HoldArgs<'a> { bodies: u64, is_fixed: &'a Buffer, motions: &'a Motions }
+    pub(super) Ignore = struct IgnoreArgs<'a> { flagged: u64, lists: &'a Lists, is_fixed: &'a Buffer }
+}
 
 kernels! {
     /// The kernels of bodies that do not move.
     pub(super) struct HeldKernels for setup: &Setup {
-        hold: Kernel = base(setup, "hold").include(fragment!("dynamics/hold.wgsl")),
-        ignore: Kernel = numbers(with_flags(base(setup, "ignore"))).include(fragment!("dynamics/ignore.wgsl")),
+        hold: Hold = base(setup, "hold").include(fragment!("dynamics/hold.wgsl")),
+        ignore: Ignore = numbers(with_flags(base(setup, "ignore"))).include(fragment!("dynamics/ignore.wgsl")),
     }
 }
 
@@ -40,17 +46,16 @@ impl Held {
     }
 
     /// Records that fixed bodies have no motion.
-    pub fn hold(&self, kernels: &Kernels, record: &mut Recorder<'_>, motions: &Buffer) {
+    pub fn hold(&self, kernels: &Kernels, record: &mut Recorder<'_>, motions: &Motions) {
         let Some(kernels) = &kernels.held else { return };
-        let buffers = [("is_fixed", &self.flags), ("motions", motions)];
-        record.run(&kernels.hold, &words([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
+        let (bodies, is_fixed) = (self.bodies, &self.flags);
+        kernels.hold.call(record, bodies, HoldArgs { bodies, is_fixed, motions });
     }
 
     /// Records that pairs of which neither part moves are far.
     pub fn ignore(&self, kernels: &Kernels, record: &mut Recorder<'_>, lists: &Lists) {
         let Some(kernels) = &kernels.held else { return };
-        let buffers = [("pairs", &lists.pairs), ("is_fixed", &self.flags), ("contacts", &lists.contacts)];
-        let parameters = words([lists.pairs_count as u32, self.bodies as u32, 0, 0]);
-        record.run(&kernels.ignore, &parameters, &buffers, lists.pairs_count);
+        let (flagged, is_fixed) = (self.bodies, &self.flags);
+        kernels.ignore.call(record, lists.pairs_count, IgnoreArgs { flagged, lists, is_fixed });
     }
 }

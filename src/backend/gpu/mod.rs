@@ -60,10 +60,6 @@ use states::States;
 use std::sync::{Arc, OnceLock};
 use trial::Trial;
 
-fn words(words: [u32; 4]) -> [u8; 16] {
-    bytemuck::cast(words)
-}
-
 /// The GPU backend.
 pub struct Device {
     gpu: Arc<Gpu>,
@@ -145,6 +141,6 @@ impl Device {
     fn effects(&self) -> Effects<'_> {
         let Device { motions, first, narrow, rows, solve, .. } = self;
         let (tolerance, overlap) = (solve.tolerance(), first.overlap);
-        Effects { stages: self.stages(), motions: &motions.motions, narrow, rows, tolerance, overlap }
+        Effects { stages: self.stages(), motions, narrow, rows, tolerance, overlap }
     }
 }

@@ -6,13 +6,27 @@ use super::bonds::BondBuffers;
 use super::first::First;
 use super::heat::Ids;
 use super::narrow_phase::Report;
-use super::source::{self, MidpointKernels};
+use super::source::MidpointKernels;
 use super::start::{Part, Stages, Start};
+use super::states::{Poses, Shapes};
 use crate::bodies::Bodies;
 use crate::dynamics::{ForceField, Load, Twist};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays, functions};
 use crate::step::Fault;
 use glam::DVec3;
+
+functions! {
+    pub(super) FreeMotion = struct FreeMotionArgs<'a> {
+        in_middle: bool, stages: Stages<'a>, here: &'a Poses, shapes: &'a Shapes,
+        groups_of: &'a Buffer, motions: &'a Motions,
+    }
+    pub(super) MiddleMotion = struct MiddleMotionArgs<'a> {
+        stages: Stages<'a>, start: &'a Poses, shapes: &'a Shapes, motions: &'a Motions,
+    }
+    pub(super) BodyBoxes = struct BodyBoxesArgs<'a> {
+        stages: Stages<'a>, first: &'a Poses, shapes: &'a Shapes, motions: &'a Motions,
+    }
+}
 
 /// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each
 /// rounded. Bodies that this lets through may be near at another image than the nearest by as much, but overlap at
@@ -33,6 +47,8 @@ pub(super) struct Motions {
     pub ids: Option<Ids>,
     pub bonds: Option<BondBuffers>,
 }
+
+arrays! { Motions { loads, motions, boxes } }
 
 impl Motions {
     pub fn new(gpu: &Gpu, setup: &Setup, bodies: &Bodies) -> Result<Self, GpuError> {
@@ -90,14 +106,6 @@ impl Motions {
         Ok(())
     }
 
-    /// The parameters of the kernel of motions: those of the present part, and the shares of windows in it.
-    fn parameters(Stages { setup, start, .. }: Stages<'_>, parameters: &[u8]) -> Vec<u8> {
-        let span = start.span(setup);
-        let rates = setup.strained().map(|strain| strain.rates(span[0]).to_array());
-        let shares = source::loads::windows(&setup.forces).into_iter().map(|window| window.share(span));
-        [parameters, &setup.precision.encode(shares.chain(rates.into_iter().flatten()))].concat()
-    }
-
     /// Records forces, free velocities and mobilities where the present part begins, where `first` rows are made, and
     /// the boxes there.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, first: &First) {
@@ -110,40 +118,19 @@ impl Motions {
         if let Some(bonds) = &self.bonds {
             bonds.record(stages, record, &self.loads, self.ids.is_some() || plugged);
         }
-        let (here, shapes) = (stages.here(), &stages.here_shapes().shapes);
-        let parameters = stages.timed([bodies as u32, u32::from(in_middle), 0, 0]);
-        let buffers = [
-            ("cells", &here.cells),
-            ("remainders", &here.remainders),
-            ("orientations", &here.orientations),
-            ("shapes", shapes),
-            ("twists", &here.twists),
-            ("groups_of", &start.groups_of),
-            ("loads", &self.loads),
-            ("motions", &self.motions),
-        ];
-        record.run(&kernels.motion, &Motions::parameters(stages, &parameters), &buffers, bodies);
+        let (here, shapes, groups_of, motions) = (stages.here(), stages.here_shapes(), &start.groups_of, self);
+        let propelled = FreeMotionArgs { in_middle, stages, here, shapes, groups_of, motions };
+        kernels.motion.call(record, bodies, propelled);
         if let (true, Some(MidpointKernels { middle: Some(middle), .. })) = (in_middle, &kernels.midpoint) {
             let start = stages.states.start();
-            let buffers = [
-                ("orientations", &start.orientations),
-                ("twists", &start.twists),
-                ("shapes", shapes),
-                ("motions", &self.motions),
-            ];
-            record.run(middle, &parameters, &buffers, bodies);
+            middle.call(record, bodies, MiddleMotionArgs { stages, start, shapes, motions });
         }
         if let Some(held) = &start.held {
-            held.hold(kernels, record, &self.motions);
+            held.hold(kernels, record, motions);
         }
-        first.record(stages, record, &self.motions);
-        let buffers = [
-            ("orientations", &first.poses(stages).orientations),
-            ("shapes", shapes),
-            ("motions", &self.motions),
-            ("boxes", &self.boxes),
-        ];
-        record.run(&kernels.boxes, &parameters, &buffers, bodies);
+        first.record(stages, record, motions);
+        let first = first.poses(stages);
+        kernels.boxes.call(record, bodies, BodyBoxesArgs { stages, first, shapes, motions });
     }
 
     /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images

@@ -1,18 +1,25 @@
 //! The separations of a step on the device, with a complete list of candidates for them, and the values that the host
 //! reads.
 
-use super::candidates::Candidates;
-use super::motions::Motions;
+use super::candidates::{Candidates, Lists};
+use super::near::RowInputs;
 use super::source::{NEAR, VIOLATING};
 use super::start::{Part, Stages};
-use super::states::{Poses, Shapes};
-use super::{Device, Setup, words};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use super::states::Poses;
+use super::{Device, Setup};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, functions};
 use crate::step::{Fault, Overlap};
 use crate::walls::{AtSurface, Walls};
 use crate::warm::Warm;
 use bytemuck::Zeroable;
 use std::time::Instant;
+
+functions! {
+    pub(super) Narrow = struct NarrowArgs<'a> {
+        pairs: u64, at_trial: bool, violating: f32, made: RowInputs<'a>, report: &'a Buffer,
+    }
+    pub(super) Overlaps = struct OverlapsArgs<'a> { pass_number: u64, lists: &'a Lists, report: &'a Buffer }
+}
 
 /// What the host reads of a stage: `Report` of `shaders/step/report.wgsl`.
 #[repr(C)]
@@ -89,35 +96,14 @@ impl NarrowPhase {
 
     /// Records the separations of all pairs in some poses; at the trial those that overlap by at least `violating` are
     /// violations.
-    fn record_separations(
-        &self,
-        stages: Stages<'_>,
-        record: &mut Recorder<'_>,
-        motions: &Motions,
-        (poses, shapes): (&Poses, &Shapes),
-        (at_trial, violating): (bool, f64),
-    ) {
-        let Stages { setup, kernels, start, .. } = stages;
-        let lists = &self.candidates.lists;
-        let by_motions = setup.branches > 0;
-        let parameters = [lists.body_pairs as u32, u32::from(at_trial), (violating as f32).to_bits(), 0];
-        let parameters = if by_motions { stages.timed(parameters) } else { words(parameters).to_vec() };
-        let parameters = start.of_pairs(setup, &parameters);
+    fn record_separations(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, (at_trial, violating): (bool, f64)) {
+        let RowInputs { stages: Stages { kernels, start, .. }, lists, .. } = made;
+        let (pairs, violating, report) = (lists.body_pairs, violating as f32, &self.report);
         for kernel in &kernels.narrow {
-            let buffers = [
-                ("pairs", &lists.pairs),
-                ("cells", &poses.cells),
-                ("remainders", &poses.remainders),
-                ("orientations", &poses.orientations),
-                ("shapes", &shapes.shapes),
-                if by_motions { ("motions", &motions.motions) } else { ("boxes", &motions.boxes) },
-                ("contacts", &lists.contacts),
-                ("report", &self.report),
-            ];
-            record.run(kernel, &parameters, &buffers, lists.body_pairs);
+            kernel.call(record, pairs, NarrowArgs { pairs, at_trial, violating, made, report });
         }
         if let (Some(surfaces), Some(kernels)) = (&self.candidates.surfaces, &kernels.walls) {
-            surfaces.separate(kernels, record, lists, (poses, shapes, &motions.boxes), (at_trial, violating));
+            surfaces.separate(kernels, record, made, (at_trial, violating));
         }
         if let Some(held) = &start.held {
             held.ignore(kernels, record, lists);
@@ -130,8 +116,8 @@ impl NarrowPhase {
         // Where first rows are made the deepest overlap alone is asked for.
         let passes = if at_trial { 3 } else { usize::from(setup.branches > 0) };
         for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)].into_iter().take(passes) {
-            let buffers = [("pairs", &lists.pairs), ("contacts", &lists.contacts), ("report", &self.report)];
-            record.run(&kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);
+            let searched = OverlapsArgs { pass_number: pass, lists, report: &self.report };
+            kernels.overlap.call(record, threads, searched);
         }
     }
 }
@@ -174,11 +160,9 @@ impl Device {
 
     fn record_separations(&mut self, record: &mut Recorder<'_>, at_trial: bool) -> Result<(), GpuError> {
         let (stages, violating) = (self.stages(), self.trial.violating);
-        let of = match at_trial {
-            true => (&self.states.trial, self.states.end_shapes()),
-            false => (self.first.poses(stages), stages.here_shapes()),
-        };
-        self.narrow.record_separations(stages, record, &self.motions, of, (at_trial, violating));
+        let (lists, motions) = (&self.narrow.candidates.lists, &self.motions);
+        let made = RowInputs::of(stages, &self.first, lists, motions, at_trial);
+        self.narrow.record_separations(record, made, (at_trial, violating));
         if at_trial {
             self.effects().record(record, 1);
         }

@@ -2,27 +2,46 @@
 
 use super::Device;
 use super::candidates::Lists;
+use super::first::First;
+use super::motions::Motions;
 use super::row_set::RowSet;
 use super::source::MidpointKernels;
 use super::start::{Part, Stages};
 use super::states::{Poses, Shapes};
-use super::words;
-use crate::gpu::{Buffer, Recorder};
+use crate::gpu::{GpuError, Recorder, arguments, functions};
 
-/// What rows are made from.
-#[derive(Clone, Copy)]
-pub(super) struct RowInputs<'a> {
-    pub stages: Stages<'a>,
-    pub lists: &'a Lists,
-    pub motions: &'a Buffer,
-    /// Whether they are first rows made ahead of the step's start.
-    pub ahead: bool,
-    /// Where the bodies are and what they are there.
-    pub poses: &'a Poses,
-    pub shapes: &'a Shapes,
+functions! {
+    pub(super) Stretch = struct StretchArgs<'a> {
+        lists: &'a Lists, here: &'a Poses, shapes: &'a Shapes, grown: &'a Shapes,
+    }
 }
 
-impl RowInputs<'_> {
+arguments! {
+    /// What rows are made from.
+    #[derive(Clone, Copy)]
+    pub(super) struct RowInputs<'a> {
+        lists: &'a Lists,
+        motions: &'a Motions,
+        /// Where the bodies are and what they are there.
+        poses: &'a Poses,
+        shapes: &'a Shapes,
+        stages: Stages<'a>,
+        /// Whether they are first rows made ahead of the step's start.
+        ahead: bool,
+    }
+}
+
+impl<'a> RowInputs<'a> {
+    /// Those of the trial, or of where first rows are made.
+    pub fn of(stages: Stages<'a>, first: &First, lists: &'a Lists, motions: &'a Motions, at_trial: bool) -> Self {
+        let (poses, shapes) = match at_trial {
+            true => (&stages.states.trial, stages.states.end_shapes()),
+            false => (first.poses(stages), stages.here_shapes()),
+        };
+        let ahead = first.is_ahead(stages.start.part) && !at_trial;
+        RowInputs { lists, motions, poses, shapes, stages, ahead }
+    }
+
     /// The part of the step that they are rows of.
     pub fn part(&self) -> Part {
         self.stages.start.part
@@ -39,14 +58,9 @@ impl RowInputs<'_> {
         if self.part() != Part::FromMiddle {
             return;
         }
-        let buffers = [
-            ("pairs", &self.lists.pairs),
-            ("orientations", &self.stages.here().orientations),
-            ("shapes", &self.stages.here_shapes().shapes),
-            ("grown", &self.stages.states.end_shapes().shapes),
-            ("contacts", &self.lists.contacts),
-        ];
-        record.run(stretch, &words([self.pairs() as u32, 0, 0, 0]), &buffers, self.pairs());
+        let (lists, here, shapes) = (self.lists, self.stages.here(), self.stages.here_shapes());
+        let grown = self.stages.states.end_shapes();
+        stretch.call(record, self.pairs(), StretchArgs { lists, here, shapes, grown });
     }
 }
 
@@ -55,12 +69,20 @@ impl Device {
     pub(super) fn row_inputs(&mut self, at_trial: bool) -> (&mut RowSet, RowInputs<'_>) {
         let Device { gpu, setup, kernels, states, start, motions, first, narrow, rows, .. } = self;
         let stages = Stages { gpu, setup, kernels, states, start };
-        let (poses, shapes) = match at_trial {
-            true => (&states.trial, states.end_shapes()),
-            false => (first.poses(stages), stages.here_shapes()),
-        };
-        let ahead = first.is_ahead(start.part) && !at_trial;
-        let (lists, motions) = (&narrow.candidates.lists, &motions.motions);
-        (rows, RowInputs { stages, lists, motions, ahead, poses, shapes })
+        (rows, RowInputs::of(stages, first, &narrow.candidates.lists, motions, at_trial))
+    }
+
+    /// Changes the rows.
+    pub(super) fn change_rows(
+        &mut self,
+        at_trial: bool,
+        change: impl FnOnce(&mut RowSet, &mut Recorder<'_>, RowInputs<'_>) -> Result<(), GpuError>,
+    ) -> Result<(), GpuError> {
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("narrow phase");
+        let (rows, made) = self.row_inputs(at_trial);
+        change(rows, &mut record, made)?;
+        record.submit()
     }
 }

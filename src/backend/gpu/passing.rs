@@ -2,12 +2,24 @@
 //! test whether any two bodies move so far relative to each other. Only if they do, the host checks the path of the
 //! step.
 
+use super::candidates::Lists;
 use super::motions::Motions;
 use super::narrow_phase::{NarrowPhase, Report};
 use super::start::Stages;
-use super::states::Poses;
-use crate::gpu::GpuError;
+use super::states::{Poses, Shapes};
+use crate::broad_phase::gpu::Boxes;
+use crate::gpu::{Buffer, GpuError, LatticePeriods, functions};
 use crate::step::DEEPER;
+
+functions! {
+    pub(super) Stray = struct StrayArgs<'a> {
+        stages: Stages<'a>, from: &'a Poses, shapes: &'a Shapes, stored: &'a Boxes, report: &'a Buffer,
+    }
+    pub(super) Passing = struct PassingArgs<'a> {
+        pairs: u64, periods: LatticePeriods, stages: Stages<'a>, lists: &'a Lists, start: &'a Poses,
+        shapes: &'a Shapes, motions: &'a Motions, report: &'a Buffer,
+    }
+}
 
 impl NarrowPhase {
     /// Whether two bodies may have passed: a candidate pair that moves far enough against each other, or any other two
@@ -24,32 +36,15 @@ impl NarrowPhase {
         turned: f64,
     ) -> Result<bool, GpuError> {
         let Stages { setup, kernels, states, start, .. } = stages;
-        let (bodies, shapes) = (start.bodies, &states.end_shapes().shapes);
+        let (bodies, shapes, report) = (start.bodies, states.end_shapes(), &self.report);
         let (lists, stored) = (&self.candidates.lists, &self.candidates.stored);
         let mut record = stages.gpu.record();
         record.stage("narrow phase");
         // Nothing has written these words since the report was made blank.
-        let buffers = [
-            ("cells", &from.cells),
-            ("remainders", &from.remainders),
-            ("orientations", &from.orientations),
-            ("shapes", shapes),
-            ("stored_cells", &stored[0]),
-            ("stored_remainders", &stored[1]),
-            ("stored_boxes", &stored[2]),
-            ("report", &self.report),
-        ];
-        record.run(&kernels.stray, &start.parameters(), &buffers, bodies);
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("cells", &states.start().cells),
-            ("remainders", &states.start().remainders),
-            ("shapes", shapes),
-            ("motions", &motions.motions),
-            ("report", &self.report),
-        ];
-        let parameters = stages.timed([lists.body_pairs as u32, 0, 0, 0]);
-        record.run(&kernels.passing, &start.of_pairs_here(setup, &parameters), &buffers, lists.body_pairs);
+        kernels.stray.call(&mut record, bodies, StrayArgs { stages, from, shapes, stored, report });
+        let (pairs, periods, start) = (lists.body_pairs, start.periods_here, states.start());
+        let passing = PassingArgs { pairs, periods, stages, lists, start, shapes, motions, report };
+        kernels.passing.call(&mut record, pairs, passing);
         let read = record.read(&[(&self.report, 0..Report::BYTES)])?;
         let report: Report = bytemuck::pod_read_unaligned(&read[0]);
         let left = f64::from(f32::from_bits(report.strayed)) + turned;

@@ -1,14 +1,41 @@
 //! The rows of a step on the device. They are sorted by pair, and within a pair by the order in which they were made.
 //! When pairs get more rows, all rows move to their new indices and do not change otherwise.
 
-use super::branches::Branches;
+use super::Setup;
+use super::branches::{Branches, CountBranchesArgs};
+use super::candidates::Lists;
 use super::near::RowInputs;
 use super::source::{Kernels, MiddleRowKernels, NEAR, VIOLATING};
 use super::start::{Part, Stages};
-use super::{Setup, words};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan, functions};
 use crate::lcp::gpu::DeviceProblem;
 use bytemuck::pod_read_unaligned;
+
+functions! {
+    pub(super) Count = struct CountArgs<'a> {
+        has_rows: bool, threshold: u32, made: RowInputs<'a>, problem: &'a DeviceProblem, counts: &'a Buffer,
+    }
+    pub(super) Append = struct AppendArgs<'a> {
+        threshold: u32, warm: bool, made: RowInputs<'a>, problem: &'a DeviceProblem,
+    }
+    pub(super) Remember = struct RememberArgs<'a> { lists: &'a Lists, problem: &'a DeviceProblem }
+    pub(super) Recall = struct RecallArgs<'a> {
+        made: RowInputs<'a>, old_start: &'a Buffer, old_gamma: &'a Buffer, problem: &'a DeviceProblem,
+        is_first: &'a Buffer,
+    }
+    pub(super) Tighten = struct TightenArgs<'a> {
+        made: RowInputs<'a>, problem: &'a DeviceProblem, is_first: &'a Buffer,
+    }
+    pub(super) Target = struct TargetArgs<'a> {
+        pairs: u64, mapped: bool, old_start: &'a Buffer, new_start: &'a Buffer, old_pair: &'a Buffer,
+        targets: &'a Buffer,
+    }
+    pub(super) Move = struct MoveArgs<'a> { rows: u64, targets: &'a Buffer, source: &'a Buffer, moved: &'a Buffer }
+    pub(super) IncidenceCount = struct IncidenceCountArgs<'a> {
+        made: RowInputs<'a>, problem: &'a DeviceProblem, counts: &'a Buffer,
+    }
+    pub(super) IncidenceFill = struct IncidenceFillArgs<'a> { made: RowInputs<'a>, problem: &'a DeviceProblem }
+}
 
 /// The rows and what their moves need.
 pub(super) struct RowSet {
@@ -78,10 +105,13 @@ impl RowSet {
         let (Stages { gpu, kernels, .. }, pairs) = (made.stages, made.pairs());
         self.counts.reserve(gpu, pairs)?;
         self.next_start.reserve(gpu, pairs + 1)?;
-        let parameters = words([pairs as u32, u32::from(has_rows), threshold, 0]);
-        let buffers =
-            [("contacts", &made.lists.contacts), ("row_start", &self.problem.block_start), ("counts", &self.counts)];
-        record.run(&kernels.count, &parameters, &buffers, pairs);
+        let (problem, counts) = (&self.problem, &self.counts);
+        if let Some(kernels) = &kernels.branches {
+            kernels.count.call(record, pairs, CountBranchesArgs { has_rows, made, problem, counts });
+        }
+        if let Some(kernels) = &kernels.paper {
+            kernels.count.call(record, pairs, CountArgs { has_rows, threshold, made, problem, counts });
+        }
         self.scan.exclusive(record, &self.counts, &self.next_start, pairs)
     }
 
@@ -98,10 +128,9 @@ impl RowSet {
 
     fn make_first(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
         let (gpu, rows, problem) = (made.stages.gpu, self.next, &mut self.problem);
-        problem.pair.reserve(gpu, rows)?;
-        problem.jacobian.reserve(gpu, rows)?;
-        problem.q.reserve(gpu, rows)?;
-        problem.gamma.reserve(gpu, rows)?;
+        for of_rows in [&mut problem.pair, &mut problem.jacobian, &mut problem.q, &mut problem.gamma] {
+            of_rows.reserve(gpu, rows)?;
+        }
         self.take_starts(made.pairs(), rows);
         if self.branches.is_some() {
             return self.append_branches(record, made, true);
@@ -122,25 +151,17 @@ impl RowSet {
         let Some([is_first, _]) = &mut self.is_first else { return Ok(()) };
         is_first.reserve(made.stages.gpu, self.next)?;
         // The old rows' starts and multipliers are the spare ones now.
-        let RowSet { problem, next_start, spare_gamma, .. } = self;
-        let pairs = made.pairs();
-        let buffers = [
-            ("old_start", &*next_start),
-            ("old_gamma", spare_gamma),
-            ("row_start", &problem.block_start),
-            ("gamma", &problem.gamma),
-            ("is_first", is_first),
-        ];
-        record.run(&kernels.recall, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
+        let (old_start, old_gamma, problem) = (&self.next_start, &self.spare_gamma, &self.problem);
+        kernels.recall.call(record, made.pairs(), RecallArgs { made, old_start, old_gamma, problem, is_first });
         Ok(())
     }
 
     /// Moves the offsets of rows to the violations of the trial, and finds room for the rows of those that have none to
     /// be moved.
-    pub fn tighten(&mut self, mut record: Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
-        self.tighten_branches(&mut record, made)?;
-        self.tighten_pairs(&mut record, made);
-        self.count(&mut record, made, (true, VIOLATING))?;
+    pub fn tighten(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+        self.tighten_branches(record, made)?;
+        self.tighten_pairs(record, made);
+        self.count(record, made, (true, VIOLATING))?;
         let total = 4 * made.pairs();
         let read = record.read(&[(&self.next_start, total..total + 4)])?;
         self.next = u64::from(pod_read_unaligned::<u32>(&read[0]));
@@ -149,22 +170,9 @@ impl RowSet {
 
     /// The same of the paper's rows in the middle of a step: their violations are none any longer.
     fn tighten_pairs(&self, record: &mut Recorder<'_>, made: RowInputs<'_>) {
-        let RowInputs { stages, lists, motions, .. } = made;
-        let kernels = stages.kernels.midpoint.as_ref().and_then(|kernels| kernels.rows.as_ref());
+        let kernels = made.stages.kernels.midpoint.as_ref().and_then(|kernels| kernels.rows.as_ref());
         let (Some([is_first, _]), Some(kernels)) = (&self.is_first, kernels) else { return };
-        let problem = &self.problem;
-        let buffers = [
-            ("row_start", &problem.block_start),
-            ("is_first", is_first),
-            ("row_pairs", &problem.pair),
-            ("jacobian", &problem.jacobian),
-            ("velocities", &problem.velocity),
-            ("motions", motions),
-            ("q", &problem.q),
-            ("contacts", &lists.contacts),
-        ];
-        let parameters = stages.timed([made.pairs() as u32, stages.start.bodies as u32, 0, 0]);
-        record.run(&kernels.tighten, &parameters, &buffers, made.pairs());
+        kernels.tighten.call(record, made.pairs(), TightenArgs { made, problem: &self.problem, is_first });
     }
 
     /// One more row for every violating pair, for which [`RowSet::count`] found room.
@@ -197,7 +205,7 @@ impl RowSet {
 
     /// Which rows each body takes part in.
     pub fn incidence(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
-        let (Stages { gpu, kernels, start, .. }, lists) = (made.stages, made.lists);
+        let Stages { gpu, kernels, start, .. } = made.stages;
         let bodies = start.bodies;
         let problem = &mut self.problem;
         problem.bodies = bodies;
@@ -205,49 +213,16 @@ impl RowSet {
         problem.incidence_start.reserve(gpu, bodies + 1)?;
         problem.incidence.reserve(gpu, 2 * problem.rows)?;
         problem.velocity.reserve(gpu, bodies)?;
-        let parameters = start.parameters();
-        let (start, adjacency) = (&lists.adjacency_start, &lists.adjacency);
-        record.run(
-            &kernels.incidence_count,
-            &parameters,
-            &[
-                ("adjacency_start", start),
-                ("adjacency", adjacency),
-                ("row_start", &problem.block_start),
-                ("counts", &self.body_counts),
-            ],
-            bodies,
-        );
-        self.scan.exclusive(record, &self.body_counts, &problem.incidence_start, bodies)?;
-        record.run(
-            &kernels.incidence_fill,
-            &parameters,
-            &[
-                ("adjacency_start", start),
-                ("adjacency", adjacency),
-                ("row_start", &problem.block_start),
-                ("incidence_start", &problem.incidence_start),
-                ("incidence", &problem.incidence),
-            ],
-            bodies,
-        );
+        let (problem, counts) = (&*problem, &self.body_counts);
+        kernels.incidence_count.call(record, bodies, IncidenceCountArgs { made, problem, counts });
+        self.scan.exclusive(record, counts, &problem.incidence_start, bodies)?;
+        kernels.incidence_fill.call(record, bodies, IncidenceFillArgs { made, problem });
         Ok(())
     }
 
     fn append(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, threshold: u32, warm: bool) {
-        let (problem, RowInputs { stages, lists, motions, .. }) = (&self.problem, made);
-        let parameters = stages.timed([lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32]);
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("row_start", &problem.block_start),
-            ("contacts", &lists.contacts),
-            ("motions", motions),
-            ("row_pairs", &problem.pair),
-            ("jacobian", &problem.jacobian),
-            ("q", &problem.q),
-            ("gamma", &problem.gamma),
-        ];
-        record.run(&stages.kernels.append, &parameters, &buffers, lists.pairs_count);
+        let Some(kernels) = &made.stages.kernels.paper else { return };
+        kernels.append.call(record, made.pairs(), AppendArgs { threshold, warm, made, problem: &self.problem });
     }
 
     fn move_all(
@@ -260,26 +235,16 @@ impl RowSet {
     ) -> Result<(), GpuError> {
         let old_rows = self.problem.rows;
         self.targets.reserve(gpu, old_rows)?;
-        self.spare_pair.reserve(gpu, rows)?;
-        self.spare_jacobian.reserve(gpu, rows)?;
-        self.spare_q.reserve(gpu, rows)?;
-        self.spare_gamma.reserve(gpu, rows)?;
         let problem = &mut self.problem;
         if old_pair.is_some() {
             // In the middle of a step pairs that had rows may be far apart and in no list any more.
             record.clear(&self.targets, 0..4 * old_rows);
         }
-        let parameters = words([pairs as u32, u32::from(old_pair.is_some()), 0, 0]);
+        let (targets, mapped) = (&self.targets, old_pair.is_some());
         // Without a map the kernel does not look at it.
-        let map = old_pair.unwrap_or(&self.counts);
-        let buffers = [
-            ("old_start", &problem.block_start),
-            ("new_start", &self.next_start),
-            ("old_pair", map),
-            ("targets", &self.targets),
-        ];
-        record.run(&kernels.target, &parameters, &buffers, pairs);
-        let parameters = words([old_rows as u32, 0, 0, 0]);
+        let old_pair = old_pair.unwrap_or(&self.counts);
+        let (old_start, new_start) = (&problem.block_start, &self.next_start);
+        kernels.target.call(record, pairs, TargetArgs { pairs, mapped, old_start, new_start, old_pair, targets });
         let moves = [
             (&kernels.move_pairs, &mut problem.pair, &mut self.spare_pair),
             (&kernels.move_blocks, &mut problem.jacobian, &mut self.spare_jacobian),
@@ -287,7 +252,8 @@ impl RowSet {
             (&kernels.move_reals, &mut problem.gamma, &mut self.spare_gamma),
         ];
         for (kernel, from, to) in moves {
-            record.run(kernel, &parameters, &[("targets", &self.targets), ("source", from), ("moved", to)], old_rows);
+            to.reserve(gpu, rows)?;
+            kernel.call(record, old_rows, MoveArgs { rows: old_rows, targets, source: from, moved: to });
             std::mem::swap(from, to);
         }
         if let Some([from, to]) = &mut self.is_first {
@@ -295,16 +261,11 @@ impl RowSet {
             from.reserve_and_keep(gpu, record, old_rows)?;
             to.reserve(gpu, rows)?;
             record.clear(to, 0..rows * to.element() as u64);
-            record.run(
-                &kernels.move_reals,
-                &parameters,
-                &[("targets", &self.targets), ("source", from), ("moved", to)],
-                old_rows,
-            );
+            kernels.move_reals.call(record, old_rows, MoveArgs { rows: old_rows, targets, source: from, moved: to });
             std::mem::swap(from, to);
         }
         if let (Some(branches), Some(kernels)) = (&mut self.branches, &kernels.branches) {
-            branches.move_all(gpu, kernels, record, &self.targets, [old_rows, rows])?;
+            branches.move_all(gpu, kernels, record, targets, [old_rows, rows])?;
         }
         self.take_starts(pairs, rows);
         Ok(())

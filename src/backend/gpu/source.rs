@@ -7,14 +7,24 @@ mod tests;
 
 use super::Setup;
 use super::bonds::BondKernels;
-use super::branch_source::{self, BranchKernels};
-use super::effect;
-use super::heat;
+use super::branch_source::BranchKernels;
+use super::candidates::{Carry, FindOld, Inside, Store};
+use super::effect::{self, Farthest, Pushes};
+use super::first::Carried;
+use super::growing::GrowthKernels;
+use super::heat::{self, RandomLoads};
 use super::held::HeldKernels;
+use super::motions::{BodyBoxes, FreeMotion, MiddleMotion};
+use super::narrow_phase::{Narrow, Overlaps};
+use super::near::Stretch;
+use super::passing::{Passing, Stray};
+use super::row_set::{Append, Count, IncidenceCount, IncidenceFill, Move, Recall, Remember, Target, Tighten};
+use super::trial::{Accept, Arrive, Sweep, TrialMove};
+use super::walls::WallKernels;
 use super::warm::ONLY_DIRECTION;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::{Dynamics, Force, LAST_STEP};
-use crate::gpu::{Kernel, LatticePeriods, Precision, Source, fragment, kernels};
+use crate::gpu::{LatticePeriods, Precision, Source, fragment, kernels};
 use crate::separation;
 use crate::shape::gpu::add_shapes_to;
 use crate::step::DEEPER;
@@ -104,9 +114,9 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
         Some(_) => loads::straining(source),
         None => source,
     };
-    let (loads, parameters) = (loads::load_of(setup, &source), loads::parameters(setup));
-    let source = source.text(&loads).text(&parameters).include(fragment!("dynamics/axis.wgsl"));
-    source.include(fragment!("dynamics/motion.wgsl"))
+    let loads = loads::load_of(setup, &source);
+    let source = source.integer("SHARES", loads::windows(&setup.forces).len().div_ceil(4) as u32).text(&loads);
+    source.include(fragment!("dynamics/axis.wgsl")).include(fragment!("dynamics/motion.wgsl"))
 }
 
 /// Moves the rows of an array whose elements are of this WGSL type.
@@ -120,34 +130,31 @@ pub(super) fn moved(setup: &Setup, name: &str, element: &str, per_row: u32) -> S
 kernels! {
     /// The kernels of a step.
     pub(super) struct Kernels for setup: &Setup {
-        motion: Kernel = motion(setup, setup.makes_loads()),
-        boxes: Kernel = with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
-        sweep: Kernel = with_bodies(setup, "sweep").include(fragment!("broad_phase/sweep.wgsl")),
-        inside: Kernel = reporting(base(setup, "inside")).include(fragment!("broad_phase/inside.wgsl")),
-        store: Kernel = base(setup, "store").include(fragment!("broad_phase/store.wgsl")),
-        trial: Kernel = with_factor(setup, "trial").include(fragment!("dynamics/trial.wgsl")),
-        accept: Kernel = base(setup, "accept").include(fragment!("dynamics/accept.wgsl")),
+        motion: FreeMotion = motion(setup, setup.makes_loads()),
+        boxes: BodyBoxes = with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
+        sweep: Sweep = with_bodies(setup, "sweep").include(fragment!("broad_phase/sweep.wgsl")),
+        inside: Inside = reporting(base(setup, "inside")).include(fragment!("broad_phase/inside.wgsl")),
+        store: Store = base(setup, "store").include(fragment!("broad_phase/store.wgsl")),
+        trial: TrialMove = with_factor(setup, "trial").include(fragment!("dynamics/trial.wgsl")),
+        accept: Accept = base(setup, "accept").include(fragment!("dynamics/accept.wgsl")),
         /// One for each pair of families that the scene's shapes make.
-        narrow: Vec<Kernel> = narrow_sources(setup),
-        overlap: Kernel =
+        narrow: Vec<Narrow> = narrow_sources(setup),
+        overlap: Overlaps =
             reporting(with_flags(base(setup, "overlap"))).include(fragment!("step/overlap.wgsl")),
-        farthest: Kernel = effect::farthest(setup),
-        pushes: Option<Kernel> = effect::pushes(setup),
-        stray: Kernel = reporting(with_bodies(setup, "stray")).include(fragment!("step/stray.wgsl")),
-        passing: Kernel = passing(setup),
-        count: Kernel = count(setup),
-        append: Kernel = append(setup),
-        target: Kernel = base(setup, "target").include(fragment!("constraint/target.wgsl")),
-        move_pairs: Kernel = moved(setup, "move pairs", "vec2<u32>", 1),
-        move_blocks: Kernel = moved(setup, "move blocks", "vec4r", if setup.planar { 2 } else { 4 }),
-        move_reals: Kernel = moved(setup, "move numbers", "real", 1),
-        incidence_count: Kernel = base(setup, "incidence count").include(fragment!("constraint/incidence_count.wgsl")),
-        incidence_fill: Kernel = base(setup, "incidence fill").include(fragment!("constraint/incidence_fill.wgsl")),
-        remember: Kernel = remember(setup),
-        find: Kernel = numbers(base(setup, "find")).include(fragment!("constraint/find.wgsl")),
-        carry: Kernel = base(setup, "carry").include(fragment!("constraint/carry.wgsl")),
+        farthest: Farthest = effect::farthest(setup),
+        pushes: Option<Pushes> = effect::pushes(setup),
+        stray: Stray = reporting(with_bodies(setup, "stray")).include(fragment!("step/stray.wgsl")),
+        passing: Passing = passing(setup),
+        target: Target = base(setup, "target").include(fragment!("constraint/target.wgsl")),
+        move_pairs: Move = moved(setup, "move pairs", "vec2<u32>", 1),
+        move_blocks: Move = moved(setup, "move blocks", "vec4r", if setup.planar { 2 } else { 4 }),
+        move_reals: Move = moved(setup, "move numbers", "real", 1),
+        incidence_count: IncidenceCount = base(setup, "incidence count").include(fragment!("constraint/incidence_count.wgsl")),
+        incidence_fill: IncidenceFill = base(setup, "incidence fill").include(fragment!("constraint/incidence_fill.wgsl")),
+        find: FindOld = numbers(base(setup, "find")).include(fragment!("constraint/find.wgsl")),
+        carry: Carry = base(setup, "carry").include(fragment!("constraint/carry.wgsl")),
         /// Where bodies have inertia, in the place of `accept`.
-        arrive: Option<Kernel> =
+        arrive: Option<Arrive> =
             setup.inertia().then(|| match damping(setup) {
                 Some(source) => source("arrive").include(fragment!("dynamics/damped_arrive.wgsl")),
                 None => turned(setup, "arrive").include(fragment!("dynamics/arrive.wgsl")),
@@ -161,42 +168,15 @@ kernels! {
         /// Where bodies have bonds.
         bonds: Option<BondKernels> = (!setup.bonds.is_empty()).then_some(setup),
         /// Where a cell changes.
-        carried: Option<Kernel> = setup.strain.map(|_| sheared::carried(setup)),
+        carried: Option<Carried> = setup.strain.map(|_| sheared::carried(setup)),
         /// Where there is Brownian motion.
-        heat: Option<Kernel> = heat::source(setup),
+        heat: Option<RandomLoads> = heat::source(setup),
         /// Where bodies are fixed.
         held: Option<HeldKernels> = setup.fixed.then_some(setup),
+        /// Where pairs have the paper's rows.
+        paper: Option<PaperKernels> = (setup.branches == 0).then_some(setup),
         /// Where rows are by branches.
         branches: Option<BranchKernels> = (setup.branches > 0).then_some(setup),
-    }
-}
-
-kernels! {
-    /// The kernels of growth and division.
-    pub(super) struct GrowthKernels for setup: &Setup {
-        grow: Kernel = with_lengths(setup, "grow").include(fragment!("dynamics/grow.wgsl")),
-        divide: Kernel = with_lengths(setup, "divide").include(fragment!("dynamics/divide.wgsl")),
-    }
-}
-
-kernels! {
-    /// The kernels of walls.
-    pub(super) struct WallKernels for setup: &Setup {
-        find: Kernel = separation::gpu::add_surfaces_to(numbers(with_bodies(setup, "places")), &setup.lattice)
-            .include(fragment!("walls/find.wgsl")),
-        adjoin: Kernel = base(setup, "adjoin").include(fragment!("walls/adjoin.wgsl")),
-        narrow: Kernel = separation::gpu::add_places_to(
-            numbers(with_flags(with_bodies(setup, "separations from surfaces"))),
-            &setup.lattice,
-            &setup.shapes,
-        )
-        .include(fragment!("walls/narrow.wgsl")),
-        blocks: Kernel = numbers(base(setup, "blocks")).include(fragment!("walls/blocks.wgsl")),
-        /// Where walls move and steps have a middle.
-        turn: Option<Kernel> = (setup.midpoint && setup.walls.move_in_time()).then(|| {
-            let source = numbers(with_bodies(setup, "normals of surfaces"));
-            separation::gpu::add_places_to(source, &setup.lattice, &setup.shapes).include(fragment!("walls/turn.wgsl"))
-        }),
     }
 }
 
@@ -206,14 +186,26 @@ kernels! {
         /// Where pairs have the paper's rows.
         rows: Option<MiddleRowKernels> = (setup.branches == 0).then_some(setup),
         /// The motion over the step, where bodies have inertia.
-        middle: Option<Kernel> =
+        middle: Option<MiddleMotion> =
             setup.inertia().then(|| match damping(setup) {
                 Some(source) => source("middle").include(fragment!("dynamics/damped_middle.wgsl")),
                 None => turned(setup, "middle").include(fragment!("dynamics/middle.wgsl")),
             }),
         /// The separations at later lengths, where bodies grow and pairs have the paper's rows.
-        stretch: Option<Kernel> = (setup.branches == 0 && setup.growth.is_some())
+        stretch: Option<Stretch> = (setup.branches == 0 && setup.growth.is_some())
             .then(|| stretched(setup).include(fragment!("dynamics/stretch.wgsl"))),
+    }
+}
+
+kernels! {
+    /// The kernels of the paper's rows.
+    pub(super) struct PaperKernels for setup: &Setup {
+        count: Count = base(setup, "count").include(fragment!("constraint/count.wgsl")),
+        append: Append = with_parts(numbers(base(setup, "append")))
+            .include(fragment!("constraint/row.wgsl"))
+            .include(fragment!("constraint/append.wgsl")),
+        remember: Remember =
+            with_direction(base(setup, "remember")).include(fragment!("constraint/remember.wgsl")),
     }
 }
 
@@ -221,8 +213,10 @@ kernels! {
     /// The kernels of the paper's rows in the middle of a step.
     pub(super) struct MiddleRowKernels for setup: &Setup {
         /// What they start from.
-        recall: Kernel = base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
-        tighten: Kernel = tighten(setup),
+        recall: Recall = base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
+        tighten: Tighten = with_parts(with_flags(base(setup, "tighten")).real("LEAST_ALIGNED", LEAST_ALIGNED))
+            .include(fragment!("constraint/share.wgsl"))
+            .include(fragment!("constraint/tighten.wgsl")),
     }
 }
 
@@ -234,38 +228,12 @@ fn with_factor(setup: &Setup, name: &str) -> Source {
     base(setup, name).include(fragment!("dynamics/factor.wgsl"))
 }
 
-/// A source that knows shapes, and lengths that grow.
-fn with_lengths(setup: &Setup, name: &str) -> Source {
-    add_shapes_to(base(setup, name).real("LENGTH_PITCH", setup.length_pitch))
-}
-
-/// The kernel of how many rows pairs will have.
-fn count(setup: &Setup) -> Source {
-    match setup.branches {
-        0 => base(setup, "count").include(fragment!("constraint/count.wgsl")),
-        _ => branch_source::count(setup),
-    }
-}
-
-/// The kernel that makes rows.
-fn append(setup: &Setup) -> Source {
-    match setup.branches {
-        0 => numbers(base(setup, "append"))
-            .include(fragment!("dynamics/factor.wgsl"))
-            .include(fragment!("dynamics/axis.wgsl"))
-            .include(fragment!("constraint/part.wgsl"))
-            .include(fragment!("constraint/row.wgsl"))
-            .include(fragment!("constraint/append.wgsl")),
-        _ => branch_source::append(setup),
-    }
-}
-
-/// The kernel of what the next step starts from.
-fn remember(setup: &Setup) -> Source {
-    match setup.branches {
-        0 => with_direction(base(setup, "remember")).include(fragment!("constraint/remember.wgsl")),
-        _ => branch_source::remember(setup),
-    }
+/// Adds what a row has of each of its bodies.
+pub(super) fn with_parts(source: Source) -> Source {
+    source
+        .include(fragment!("dynamics/factor.wgsl"))
+        .include(fragment!("dynamics/axis.wgsl"))
+        .include(fragment!("constraint/part.wgsl"))
 }
 
 /// The kernel of pairs that may pass each other.
@@ -306,17 +274,6 @@ pub(super) fn numbers(source: Source) -> Source {
     source
         .constants("numbers of surfaces", [("FIRST_SURFACE", AtSurface::FIRST), ("PLACES", AtSurface::PLACES)])
         .include(fragment!("walls/number.wgsl"))
-}
-
-/// The kernel that tightens the paper's rows.
-fn tighten(setup: &Setup) -> Source {
-    with_flags(base(setup, "tighten"))
-        .real("LEAST_ALIGNED", LEAST_ALIGNED)
-        .include(fragment!("dynamics/factor.wgsl"))
-        .include(fragment!("dynamics/axis.wgsl"))
-        .include(fragment!("constraint/part.wgsl"))
-        .include(fragment!("constraint/share.wgsl"))
-        .include(fragment!("constraint/tighten.wgsl"))
 }
 
 /// A source that knows how the scene's bodies turn without torque.

@@ -4,12 +4,13 @@
 //! at its midpoint. Forces, mobilities and first rows are evaluated at the beginning of a part; moves begin at the
 //! start of the step.
 
+use super::Setup;
 use super::ancestry::Ancestry;
 use super::growing::GrowthBuffers;
 use super::held::Held;
-use super::source::Kernels;
+use super::source::{Kernels, loads};
 use super::states::{Poses, Shapes, States};
-use super::{Setup, words};
+use crate::gpu::function::{Argument, Member, Part as Value, parts};
 use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder};
 use crate::periodic::Periods;
 use crate::step::{Model, State, Unrounded};
@@ -35,13 +36,6 @@ impl Setup {
     pub(super) fn length_of(&self, part: Part) -> f64 {
         if part == Part::FirstHalf { 0.5 * self.dt } else { self.dt }
     }
-
-    /// The parameters of kernels that need the length of a part of the step: it and its root after four words.
-    pub(super) fn timed(&self, of_kernel: [u32; 4], interval: f64) -> Vec<u8> {
-        let mut bytes = words(of_kernel).to_vec();
-        bytes.extend(self.precision.encode([interval, interval.sqrt()]));
-        bytes
-    }
 }
 
 /// The start of a step.
@@ -62,7 +56,7 @@ pub(super) struct Start {
     pub periods: Periods,
     lattice_periods: LatticePeriods,
     /// Those where it begins.
-    periods_here: LatticePeriods,
+    pub periods_here: LatticePeriods,
 }
 
 impl Start {
@@ -142,32 +136,6 @@ impl Start {
         self.periods = periods;
         Ok(Some(self.lattice_periods))
     }
-
-    /// The parameters of kernels of the present part.
-    pub fn timed(&self, setup: &Setup, of_kernel: [u32; 4]) -> Vec<u8> {
-        setup.timed(of_kernel, setup.length_of(self.part))
-    }
-
-    /// The parameters of a kernel that goes over the bodies.
-    pub fn parameters(&self) -> [u8; 16] {
-        words([self.bodies as u32, 0, 0, 0])
-    }
-
-    /// The parameters of a kernel that compares two bodies: with the periods behind them where these change.
-    pub fn of_pairs(&self, setup: &Setup, parameters: &[u8]) -> Vec<u8> {
-        match setup.strain {
-            Some(_) => self.lattice_periods.after(parameters),
-            None => parameters.to_vec(),
-        }
-    }
-
-    /// The same with the periods where the present part begins.
-    pub fn of_pairs_here(&self, setup: &Setup, parameters: &[u8]) -> Vec<u8> {
-        match setup.strain {
-            Some(_) => self.periods_here.after(parameters),
-            None => parameters.to_vec(),
-        }
-    }
 }
 
 /// What the stages of a step are made from.
@@ -180,6 +148,30 @@ pub(super) struct Stages<'a> {
     pub start: &'a Start,
 }
 
+/// What kernels know of the present part: how many bodies there are, its length and the root of it, the periods at its
+/// end, the strain rates of the cell, and the share of each window of the forces.
+impl Argument for Stages<'_> {
+    fn parts() -> Vec<Value> {
+        let length = [("bodies", "u32"), ("dt", "real"), ("root_dt", "real"), ("periods", LatticePeriods::TYPE)];
+        parts(&[&length[..], &[("strain", "vec3r"), ("shares", "array<vec4r, SHARES>")]].concat())
+    }
+
+    fn write(&self, nth: usize, to: Member<'_>) {
+        let dt = self.setup.length_of(self.start.part);
+        match nth {
+            0 => to.words(&[self.start.bodies as u32]),
+            1 => to.reals(&[dt]),
+            2 => to.reals(&[dt.sqrt()]),
+            3 => self.start.lattice_periods.write(0, to),
+            4 => to.reals(&self.setup.strain.map_or([0.0; 3], |strain| strain.rates(self.start.time).to_array())),
+            _ => {
+                let (windows, span) = (loads::windows(&self.setup.forces), self.start.span(self.setup));
+                to.reals(&windows.iter().map(|window| window.share(span)).collect::<Vec<_>>());
+            }
+        }
+    }
+}
+
 impl<'a> Stages<'a> {
     /// Where the present part begins.
     pub fn here(self) -> &'a Poses {
@@ -189,11 +181,6 @@ impl<'a> Stages<'a> {
     /// What the bodies are in the first rows of the present part.
     pub fn here_shapes(self) -> &'a Shapes {
         self.states.here_shapes(self.start.part)
-    }
-
-    /// The parameters of kernels of the present part.
-    pub fn timed(self, of_kernel: [u32; 4]) -> Vec<u8> {
-        self.start.timed(self.setup, of_kernel)
     }
 
     /// Records what the bodies grow by in a part of the step.

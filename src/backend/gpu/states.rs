@@ -6,7 +6,7 @@
 
 use super::Setup;
 use super::start::Part;
-use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder};
+use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder, arrays};
 use crate::shape::Shape;
 use crate::step::{Unrounded, UnroundedBody};
 
@@ -20,6 +20,8 @@ pub(super) struct Poses {
     pub twists: Buffer,
 }
 
+arrays! { Poses { cells, remainders, orientations, twists } }
+
 /// What bodies are.
 pub(super) struct Shapes {
     /// Sizes and tag.
@@ -27,6 +29,8 @@ pub(super) struct Shapes {
     /// Growing lengths, coarse and fine.
     pub lengths: Buffer,
 }
+
+arrays! { Shapes { shapes, lengths } }
 
 /// The states of a step by name. What a scene does not need is not made: another state stands for it.
 pub(super) struct States {

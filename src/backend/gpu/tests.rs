@@ -1,9 +1,10 @@
 //! Tests: small steps accumulate on the device, for positions, orientations and lengths.
 
-use super::narrow_phase::Report;
+use super::Setup;
+use super::candidates::Lists;
+use super::narrow_phase::{OverlapsArgs, Report};
 use super::source::{Kernels, NEAR, VIOLATING, spinning};
 use super::unrounded::split_length;
-use super::{Setup, words};
 use crate::dynamics::Spin;
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Made, Precision, Source, fragment, precisions, test_device};
 use crate::shape::gpu::add_shapes_to;
@@ -50,7 +51,7 @@ fn drift(gpu: &Gpu, precision: Precision, from: DVec3, step: DVec3, half_turn: D
     let turn = Buffer::reals(gpu, "q", precision, 8, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
     let mut record = gpu.record();
     for _ in 0..DISPATCHES {
-        record.run(&kernel, &[], &[("cells", &cells), ("remainders", &remainders), ("orientations", &turn)], 1);
+        record.run(&kernel, &[], &[&cells, &remainders, &turn], 1);
     }
     let real = precision.bytes() as u64;
     let read = record.read(&[(&cells, 0..16), (&remainders, 0..4 * real), (&turn, 0..8 * real)]).unwrap();
@@ -135,12 +136,7 @@ fn turns(gpu: &Gpu, precision: Precision, bodies: &[(Shape, DQuat, DVec3)]) -> V
     let speeds = buffer("velocities", bodies.iter().flat_map(|(_, _, w)| [w.x, w.y, w.z, 0.0]).collect());
     let found = buffer("found", vec![0.0; 12 * bodies.len()]);
     let mut record = gpu.record();
-    record.run(
-        &kernel,
-        &[],
-        &[("shapes", &shapes), ("orientations", &turned), ("velocities", &speeds), ("found", &found)],
-        bodies.len() as u64,
-    );
+    record.run(&kernel, &[], &[&shapes, &turned, &speeds, &found], bodies.len() as u64);
     precision.decode(&record.read(&[(&found, 0..12 * (bodies.len() * precision.bytes()) as u64)]).unwrap()[0])
 }
 
@@ -217,7 +213,7 @@ fn a_number_that_is_no_shape_has_no_sizes() {
         let kernel = Kernel::new(gpu, &source).unwrap();
         let found = Buffer::new(gpu, "found", 4 * precision.bytes(), 3 * tags as u64).unwrap();
         let mut record = gpu.record();
-        record.run(&kernel, &[], &[("found", &found)], 1);
+        record.run(&kernel, &[], &[&found], 1);
         let bytes = 12 * (tags * precision.bytes()) as u64;
         let numbers = precision.decode(&record.read(&[(&found, 0..bytes)]).unwrap()[0]);
         for (tag, sizes) in (0..).zip(numbers.chunks(12)) {
@@ -246,6 +242,7 @@ fn overlaps_of_many_workgroups_are_brought_together() {
         // The last group is not full; the deepest overlap is that of two pairs, of which the first is far behind the
         // pair of the first group that overlaps at all.
         let count = 1_000u32;
+        let pairs = u64::from(count);
         let separation = |p: u32| match p {
             601 | 890 => -0.75,
             _ if p.is_multiple_of(3) => 0.1,
@@ -257,14 +254,16 @@ fn overlaps_of_many_workgroups_are_brought_together() {
             _ => NEAR,
         };
         let numbers = (0..count).flat_map(|p| contact(separation(p), flag(p)));
-        let contacts = Buffer::reals(gpu, "contacts", precision, 12, numbers).unwrap();
+        let mut lists = Lists::new(gpu, &setup).unwrap();
+        lists.contacts = Buffer::reals(gpu, "contacts", precision, 12, numbers).unwrap();
         let bodies: Vec<[u32; 2]> = (0..count).map(|p| [p, p + count]).collect();
-        let pairs = Buffer::with(gpu, "pairs", 8, bytemuck::cast_slice(&bodies)).unwrap();
+        lists.pairs_count = pairs;
+        lists.pairs = Buffer::with(gpu, "pairs", 8, bytemuck::cast_slice(&bodies)).unwrap();
         let report = Buffer::with(gpu, "report", 4, bytemuck::bytes_of(&Report::blank())).unwrap();
         let mut record = gpu.record();
-        for (pass, threads) in [(1, count), (2, count), (3, 1)] {
-            let buffers = [("pairs", &pairs), ("contacts", &contacts), ("report", &report)];
-            record.run(&kernels.overlap, &words([count, pass, 0, 0]), &buffers, u64::from(threads));
+        for (pass_number, threads) in [(1, pairs), (2, pairs), (3, 1)] {
+            let searched = OverlapsArgs { pass_number, lists: &lists, report: &report };
+            kernels.overlap.call(&mut record, threads, searched);
         }
         let read = record.read(&[(&report, 0..Report::BYTES)]).unwrap();
         let found: Report = bytemuck::pod_read_unaligned(&read[0]);

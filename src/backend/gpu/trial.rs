@@ -5,8 +5,22 @@ use super::motions::Motions;
 use super::narrow_phase::Report;
 use super::start::{Part, Stages};
 use super::states::Poses;
-use super::words;
-use crate::gpu::{Buffer, Recorder};
+use super::states::Shapes;
+use crate::gpu::{Buffer, Recorder, functions};
+
+functions! {
+    pub(super) TrialMove = struct TrialMoveArgs<'a> {
+        stages: Stages<'a>, start: &'a Poses, velocities: &'a Buffer, motions: &'a Motions, trial: &'a Poses,
+    }
+    pub(super) Sweep = struct SweepArgs<'a> {
+        stages: Stages<'a>, first: &'a Poses, trial: &'a Poses, shapes: &'a Shapes, motions: &'a Motions,
+    }
+    pub(super) Accept = struct AcceptArgs<'a> { stages: Stages<'a>, motions: &'a Motions, to: &'a Poses }
+    pub(super) Arrive = struct ArriveArgs<'a> {
+        stages: Stages<'a>, by_middle: bool, motions: &'a Motions, start: &'a Poses, here: &'a Poses,
+        shapes: &'a Shapes, end: &'a Poses,
+    }
+}
 
 /// What was found of the last trial.
 pub(super) struct Trial {
@@ -33,54 +47,26 @@ impl Trial {
 
 impl Stages<'_> {
     /// Records the move to `C(U)` over the present part, from the step's start.
-    pub(super) fn record_move(self, record: &mut Recorder<'_>, motions: &Motions, velocity: &Buffer, to: &Poses) {
-        let (start, bodies) = (self.states.start(), self.start.bodies);
-        let buffers = [
-            ("cells", &start.cells),
-            ("remainders", &start.remainders),
-            ("orientations", &start.orientations),
-            ("velocities", velocity),
-            ("motions", &motions.motions),
-            ("trial_cells", &to.cells),
-            ("trial_remainders", &to.remainders),
-            ("trial_orientations", &to.orientations),
-        ];
-        record.run(&self.kernels.trial, &self.timed([bodies as u32, 0, 0, 0]), &buffers, bodies);
+    pub(super) fn record_move(self, record: &mut Recorder<'_>, motions: &Motions, velocities: &Buffer, trial: &Poses) {
+        let (stages, start) = (self, self.states.start());
+        self.kernels.trial.call(record, self.start.bodies, TrialMoveArgs { stages, start, velocities, motions, trial });
     }
 
     /// Records boxes that hold the bodies where first rows are made and at the trial.
     pub(super) fn record_sweep(self, record: &mut Recorder<'_>, motions: &Motions, first: &First) {
+        let (stages, shapes) = (self, self.states.end_shapes());
         let (first, trial) = (first.poses(self), &self.states.trial);
-        let buffers = [
-            ("cells", &first.cells),
-            ("remainders", &first.remainders),
-            ("trial_cells", &trial.cells),
-            ("trial_remainders", &trial.remainders),
-            ("trial_orientations", &trial.orientations),
-            ("shapes", &self.states.end_shapes().shapes),
-            ("boxes", &motions.boxes),
-        ];
-        record.run(&self.kernels.sweep, &self.start.parameters(), &buffers, self.start.bodies);
+        self.kernels.sweep.call(record, self.start.bodies, SweepArgs { stages, first, trial, shapes, motions });
     }
 
     /// Records the velocities that the present part ends with, in the state that it moved `to`.
     pub(super) fn record_arrival(self, record: &mut Recorder<'_>, motions: &Motions, to: &Poses) {
-        let Stages { setup, kernels, start, .. } = self;
-        let Some(arrive) = &kernels.arrive else {
-            let buffers = [("motions", &motions.motions), ("twists", &to.twists)];
-            record.run(&kernels.accept, &start.parameters(), &buffers, start.bodies);
-            return;
+        let (stages, bodies) = (self, self.start.bodies);
+        let Some(arrive) = &self.kernels.arrive else {
+            return self.kernels.accept.call(record, bodies, AcceptArgs { stages, motions, to });
         };
-        let buffers = [
-            ("motions", &motions.motions),
-            ("start_twists", &self.states.start().twists),
-            ("orientations", &self.here().orientations),
-            ("shapes", &self.here_shapes().shapes),
-            ("ended", &to.orientations),
-            ("twists", &to.twists),
-        ];
-        let parameters = [start.bodies as u32, u32::from(start.part == Part::FromMiddle), 0, 0];
-        let parameters = if setup.is_damped() { self.timed(parameters) } else { words(parameters).to_vec() };
-        record.run(arrive, &parameters, &buffers, start.bodies);
+        let (by_middle, shapes) = (self.start.part == Part::FromMiddle, self.here_shapes());
+        let (start, here) = (self.states.start(), self.here());
+        arrive.call(record, bodies, ArriveArgs { stages, by_middle, motions, start, here, shapes, end: to });
     }
 }

@@ -1,11 +1,13 @@
 //! The implementation of the verbs.
 
 use super::Device;
+use super::motions::FreeMotion;
+use super::row_set::RowSet;
 use super::source;
 use super::start::{Part, Stages};
 use crate::dynamics::Cells;
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{GpuError, Kernel};
+use crate::gpu::{GpuError, Made};
 use crate::lcp::{Outcome, Stored};
 use crate::separation::separate_in;
 use crate::step::{Effect, Fault, Overlap, Passed, Phases, Take, TwoSided, Verbs, may_pass, passed};
@@ -61,7 +63,7 @@ impl Device {
     /// Forces of a library's user.
     fn write_loads(&mut self) -> Result<(), Fault> {
         if !std::mem::replace(&mut self.motions.takes_loads, true) {
-            self.kernels.motion = Kernel::new(&self.gpu, &source::motion(&self.setup, true))?;
+            self.kernels.motion = FreeMotion::make(&self.gpu, source::motion(&self.setup, true))?;
         }
         let stages = self.stages();
         let bodies = self.download(stages.here(), stages.here_shapes())?;
@@ -138,12 +140,10 @@ impl Verbs for Device {
         if self.start.part != Part::FromMiddle {
             self.first.overlap = f64::from(f32::from_bits(found.worst));
         }
-        let mut record = gpu.record();
-        record.stage("narrow phase");
-        let (rows, made) = self.row_inputs(false);
-        rows.begin(&mut record, made)?;
-        rows.incidence(&mut record, made)?;
-        record.submit()?;
+        self.change_rows(false, |rows, record, made| {
+            rows.begin(record, made)?;
+            rows.incidence(record, made)
+        })?;
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
     }
@@ -176,24 +176,17 @@ impl Verbs for Device {
 
     fn append_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
-        let gpu = self.gpu.clone();
-        let mut record = gpu.record();
-        record.stage("narrow phase");
-        let (rows, made) = self.row_inputs(true);
-        rows.extend(&mut record, made)?;
-        rows.incidence(&mut record, made)?;
-        record.submit()?;
+        self.change_rows(true, |rows, record, made| {
+            rows.extend(record, made)?;
+            rows.incidence(record, made)
+        })?;
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
     }
 
     fn tighten_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
-        let gpu = self.gpu.clone();
-        let mut record = gpu.record();
-        record.stage("narrow phase");
-        let (rows, made) = self.row_inputs(true);
-        rows.tighten(record, made)?;
+        self.change_rows(true, RowSet::tighten)?;
         self.phases.narrow_phase += begun.elapsed();
         if self.rows.next > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
     }

@@ -2,14 +2,55 @@
 //! pairs, so that they are processed like all other pairs. The second index of such a pair encodes the surface and the
 //! place.
 
+use super::Setup;
 use super::candidates::Lists;
-use super::source::WallKernels;
-use super::states::{Poses, Shapes};
-use super::{Setup, words};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
-use crate::separation::gpu::surface_numbers;
+use super::near::RowInputs;
+use super::source::{base, numbers, with_bodies, with_flags};
+use super::states::Shapes;
+use crate::broad_phase::gpu::Boxes;
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan, fragment, functions, kernels};
+use crate::separation::gpu::{add_places_to, add_surfaces_to, surface_numbers};
 use crate::walls::{AtSurface, Walls, surface_of};
 use crate::warm::Warm;
+
+functions! {
+    pub(super) FindPlaces = struct FindPlacesArgs<'a> {
+        bodies: u64, count: u64, fill: bool, first: u64, stored: &'a Boxes, shapes: &'a Shapes, surfaces: &'a Buffer,
+        list: &'a Buffer, pairs: &'a Buffer,
+    }
+    pub(super) Adjoin = struct AdjoinArgs<'a> {
+        bodies: u64, first: u64, pair_start: &'a Buffer, pair_list: &'a Buffer, place_start: &'a Buffer,
+        adjacency_start: &'a Buffer, adjacency: &'a Buffer,
+    }
+    pub(super) NarrowPlaces = struct NarrowPlacesArgs<'a> {
+        first: u64, at_trial: bool, violating: f32, made: RowInputs<'a>, surfaces: &'a Buffer,
+    }
+    pub(super) Blocks = struct BlocksArgs<'a> {
+        lists: &'a Lists, row_start: &'a Buffer, block_start: &'a Buffer,
+    }
+    pub(super) Turn = struct TurnArgs<'a> { first: u64, made: RowInputs<'a>, surfaces: &'a Buffer }
+}
+
+kernels! {
+    /// The kernels of walls.
+    pub(super) struct WallKernels for setup: &Setup {
+        find: FindPlaces = add_surfaces_to(numbers(with_bodies(setup, "places")), &setup.lattice)
+            .include(fragment!("walls/find.wgsl")),
+        adjoin: Adjoin = base(setup, "adjoin").include(fragment!("walls/adjoin.wgsl")),
+        narrow: NarrowPlaces = add_places_to(
+            numbers(with_flags(with_bodies(setup, "separations from surfaces"))),
+            &setup.lattice,
+            &setup.shapes,
+        )
+        .include(fragment!("walls/narrow.wgsl")),
+        blocks: Blocks = numbers(base(setup, "blocks")).include(fragment!("walls/blocks.wgsl")),
+        /// Where walls move and steps have a middle.
+        turn: Option<Turn> = (setup.midpoint && setup.walls.move_in_time()).then(|| {
+            let source = numbers(with_bodies(setup, "normals of surfaces"));
+            add_places_to(source, &setup.lattice, &setup.shapes).include(fragment!("walls/turn.wgsl"))
+        }),
+    }
+}
 
 /// Places of bodies at surfaces and pairs at most: entries of lists are twice their numbers.
 const TOO_MANY_PAIRS: u64 = 1 << 31;
@@ -92,7 +133,7 @@ impl Surfaces {
         gpu: &Gpu,
         kernels: &WallKernels,
         lists: &mut Lists,
-        stored: &[Buffer; 3],
+        stored: &Boxes,
         shapes: &Shapes,
         bodies: u64,
     ) -> Result<(), GpuError> {
@@ -116,14 +157,16 @@ impl Surfaces {
         self.find(kernels, &mut record, (stored, shapes, &self.starts, &lists.pairs), bodies, Some(first));
         self.adjacency_start.reserve(gpu, bodies + 1)?;
         self.adjacency.reserve(gpu, 2 * first + places)?;
-        let buffers = [
-            ("pair_start", &lists.adjacency_start),
-            ("pair_list", &lists.adjacency),
-            ("place_start", &self.starts),
-            ("adjacency_start", &self.adjacency_start),
-            ("adjacency", &self.adjacency),
-        ];
-        record.run(&kernels.adjoin, &words([bodies as u32, first as u32, 0, 0]), &buffers, bodies + 1);
+        let adjoined = AdjoinArgs {
+            bodies,
+            first,
+            pair_start: &lists.adjacency_start,
+            pair_list: &lists.adjacency,
+            place_start: &self.starts,
+            adjacency_start: &self.adjacency_start,
+            adjacency: &self.adjacency,
+        };
+        kernels.adjoin.call(&mut record, bodies + 1, adjoined);
         record.submit()?;
         std::mem::swap(&mut lists.adjacency_start, &mut self.adjacency_start);
         std::mem::swap(&mut lists.adjacency, &mut self.adjacency);
@@ -137,23 +180,13 @@ impl Surfaces {
         &self,
         kernels: &WallKernels,
         record: &mut Recorder<'_>,
-        (stored, shapes, list, pairs): (&[Buffer; 3], &Shapes, &Buffer, &Buffer),
+        (stored, shapes, list, pairs): (&Boxes, &Shapes, &Buffer, &Buffer),
         bodies: u64,
         first: Option<u64>,
     ) {
-        let [cells, remainders, boxes] = stored;
-        let (fill, first) = (u32::from(first.is_some()), first.unwrap_or(0) as u32);
-        let parameters = words([bodies as u32, self.count as u32, fill, first]);
-        let buffers = [
-            ("stored_cells", cells),
-            ("stored_remainders", remainders),
-            ("stored_boxes", boxes),
-            ("shapes", &shapes.shapes),
-            ("surfaces", &self.surfaces),
-            ("list", list),
-            ("pairs", pairs),
-        ];
-        record.run(&kernels.find, &parameters, &buffers, bodies);
+        let (fill, first, count, surfaces) = (first.is_some(), first.unwrap_or(0), self.count, &self.surfaces);
+        let found = FindPlacesArgs { bodies, count, fill, first, stored, shapes, surfaces, list, pairs };
+        kernels.find.call(record, bodies, found);
     }
 
     /// Exchanges where the rows of each place begin with the blocks of a solver, and back.
@@ -174,8 +207,8 @@ impl Surfaces {
         self.block_start.reserve(gpu, pairs + 1)?;
         let mut record = gpu.record();
         record.stage("walls");
-        let buffers = [("pairs", &lists.pairs), ("row_start", row_start), ("block_start", &self.block_start)];
-        record.run(&kernels.blocks, &words([pairs as u32, 0, 0, 0]), &buffers, pairs + 1);
+        let blocks = BlocksArgs { lists, row_start, block_start: &self.block_start };
+        kernels.blocks.call(&mut record, pairs + 1, blocks);
         record.submit()
     }
 
@@ -184,40 +217,14 @@ impl Surfaces {
         &self,
         kernels: &WallKernels,
         record: &mut Recorder<'_>,
-        lists: &Lists,
-        (poses, shapes, boxes): (&Poses, &Shapes, &Buffer),
-        (at_trial, violating): (bool, f64),
+        made: RowInputs<'_>,
+        (at_trial, violating): (bool, f32),
     ) {
-        let first = lists.body_pairs;
-        let violating = (violating as f32).to_bits();
-        let parameters = words([lists.pairs_count as u32, first as u32, u32::from(at_trial), violating]);
-        let buffers = [
-            ("pairs", &lists.pairs),
-            ("cells", &poses.cells),
-            ("remainders", &poses.remainders),
-            ("orientations", &poses.orientations),
-            ("shapes", &shapes.shapes),
-            ("boxes", boxes),
-            ("surfaces", &self.surfaces),
-            ("contacts", &lists.contacts),
-        ];
-        record.run(&kernels.narrow, &parameters, &buffers, lists.pairs_count - first);
-        if let (Some(turn), Some(middle), false) = (&kernels.turn, &self.middle, at_trial) {
-            let buffers = [
-                ("pairs", &lists.pairs),
-                ("cells", &poses.cells),
-                ("remainders", &poses.remainders),
-                ("orientations", &poses.orientations),
-                ("shapes", &shapes.shapes),
-                ("surfaces", middle),
-                ("contacts", &lists.contacts),
-            ];
-            record.run(
-                turn,
-                &words([lists.pairs_count as u32, first as u32, 0, 0]),
-                &buffers,
-                lists.pairs_count - first,
-            );
+        let (first, surfaces) = (made.lists.body_pairs, &self.surfaces);
+        let places = made.pairs() - first;
+        kernels.narrow.call(record, places, NarrowPlacesArgs { first, at_trial, violating, made, surfaces });
+        if let (Some(turn), Some(surfaces), false) = (&kernels.turn, &self.middle, at_trial) {
+            turn.call(record, places, TurnArgs { first, made, surfaces });
         }
     }
 }

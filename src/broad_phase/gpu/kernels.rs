@@ -1,7 +1,8 @@
 //! The kernels of the search.
 
-use super::{CROWDED, TOO_MANY};
-use crate::gpu::{Fragment, Kernel, Lattice, LatticePeriods, MOST_CELL, Precision, Source, fragment, kernels};
+use super::{Boxes, CROWDED, Search, TOO_MANY};
+use crate::gpu::{Buffer, Fragment, Lattice, LatticePeriods, MOST_CELL, Precision, Source};
+use crate::gpu::{fragment, functions, kernels};
 
 /// Boxes that one body may look at. Mesa before version 23 ends loops after 65,535 rounds.
 const MOST_ROUNDS: u32 = 60_000;
@@ -22,28 +23,53 @@ pub(super) struct Space {
     pub changing: bool,
 }
 
+functions! {
+    pub(super) Wrap = struct WrapArgs<'a> {
+        bodies: u64, periods: LatticePeriods, cells: &'a Buffer, remainders: &'a Buffer, wrapped_cells: &'a Buffer,
+        wrapped_remainders: &'a Buffer,
+    }
+    pub(super) Classify = struct ClassifyArgs<'a> {
+        bodies: u64, cells: &'a Buffer, remainders: &'a Buffer, boxes: &'a Buffer, search: &'a Search,
+    }
+    pub(super) Place = struct PlaceArgs<'a> { bodies: u64, mask: u64, cells: &'a Buffer, search: &'a Search }
+    pub(super) Gather = struct GatherArgs<'a> {
+        bodies: u64, cells: &'a Buffer, remainders: &'a Buffer, boxes: &'a Buffer, sorted: &'a Boxes,
+        search: &'a Search,
+    }
+    pub(super) Find = struct FindArgs<'a> {
+        bodies: u64, mask: u64, fill: bool, large: u64, periods: LatticePeriods, sorted: &'a Boxes, list: &'a Buffer,
+        pairs: &'a Buffer, search: &'a Search,
+    }
+    pub(super) Ends = struct EndsArgs<'a> { count: u64, side: u32, search: &'a Search }
+    pub(super) Arrange = struct ArrangeArgs<'a> { count: u64, search: &'a Search }
+    pub(super) Starts = struct StartsArgs<'a> { bodies: u64, pairs: u64, search: &'a Search }
+    pub(super) Incoming = struct IncomingArgs<'a> { count: u64, search: &'a Search }
+    pub(super) AdjacencyStart = struct AdjacencyStartArgs<'a> { bodies: u64, pairs: u64, search: &'a Search }
+    pub(super) Adjacency = struct AdjacencyArgs<'a> { count: u64, search: &'a Search }
+}
+
 kernels! {
     /// The kernels of the search.
     pub(super) struct Kernels for space: &Space {
         /// Where space is periodic.
-        wrap: Option<Kernel> = space.periods.as_ref().map(|periods| match periods.is_sheared() {
+        wrap: Option<Wrap> = space.periods.as_ref().map(|periods| match periods.is_sheared() {
             false => space.periodic(periods, fragment!("broad_phase/wrap.wgsl")),
             true => space.periodic(periods, fragment!("broad_phase/wrap_sheared.wgsl")),
         }),
-        classify: Kernel = space.open(fragment!("broad_phase/classify.wgsl")),
-        place: Kernel = space.open(fragment!("broad_phase/place.wgsl")),
-        gather: Kernel = space.open(fragment!("broad_phase/gather.wgsl")),
-        find: Kernel = match &space.periods {
+        classify: Classify = space.open(fragment!("broad_phase/classify.wgsl")),
+        place: Place = space.open(fragment!("broad_phase/place.wgsl")),
+        gather: Gather = space.open(fragment!("broad_phase/gather.wgsl")),
+        find: Find = match &space.periods {
             Some(periods) if periods.is_sheared() => space.around_sheared(periods),
             Some(periods) => space.periodic(periods, fragment!("broad_phase/find_periodic.wgsl")),
             None => space.open(fragment!("broad_phase/find.wgsl")),
         },
-        ends: Kernel = list(fragment!("broad_phase/ends.wgsl")),
-        arrange: Kernel = list(fragment!("broad_phase/arrange.wgsl")),
-        starts: Kernel = list(fragment!("broad_phase/starts.wgsl")),
-        incoming: Kernel = list(fragment!("broad_phase/incoming.wgsl")),
-        adjacency_start: Kernel = list(fragment!("broad_phase/adjacency_start.wgsl")),
-        adjacency: Kernel = list(fragment!("broad_phase/adjacency.wgsl")),
+        ends: Ends = list(fragment!("broad_phase/ends.wgsl")),
+        arrange: Arrange = list(fragment!("broad_phase/arrange.wgsl")),
+        starts: Starts = list(fragment!("broad_phase/starts.wgsl")),
+        incoming: Incoming = list(fragment!("broad_phase/incoming.wgsl")),
+        adjacency_start: AdjacencyStart = list(fragment!("broad_phase/adjacency_start.wgsl")),
+        adjacency: Adjacency = list(fragment!("broad_phase/adjacency.wgsl")),
     }
 }
 

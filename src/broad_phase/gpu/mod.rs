@@ -19,8 +19,9 @@
 
 mod kernels;
 
-use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision, Recorder, Scan, Sort};
-use kernels::{Kernels, Space};
+use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision, Recorder, Scan, Sort, arrays};
+use kernels::{AdjacencyArgs, AdjacencyStartArgs, ArrangeArgs, ClassifyArgs, EndsArgs, FindArgs, GatherArgs};
+use kernels::{IncomingArgs, Kernels, PlaceArgs, Space, StartsArgs, WrapArgs};
 
 /// The table has at least this many columns, more than the cells of any row that a body looks through.
 const LEAST_COLUMNS: u64 = 64;
@@ -38,11 +39,32 @@ const TOO_MANY: u32 = 2;
 /// Pairs from which on a sum is no longer trusted.
 const TOO_MANY_PAIRS: u64 = 1 << 31;
 
+/// Boxes where they are on the lattice.
+pub struct Boxes {
+    /// Lattice cells.
+    pub cells: Buffer,
+    /// What the cells leave of the positions.
+    pub remainders: Buffer,
+    /// Half extents, and the radius of a ball that holds the box however the body turns.
+    pub boxes: Buffer,
+}
+
+arrays! { Boxes { cells, remainders, boxes } }
+
+impl Boxes {
+    /// Makes room for those of so many bodies; what was there is lost.
+    pub(crate) fn reserve(&mut self, gpu: &Gpu, bodies: u64) -> Result<(), GpuError> {
+        for buffer in [&mut self.cells, &mut self.remainders, &mut self.boxes] {
+            buffer.reserve(gpu, bodies)?;
+        }
+        Ok(())
+    }
+}
+
 /// The search, and the pairs that it found last.
 pub struct Search {
     kernels: Kernels,
-    /// The periods where they change.
-    changing: Option<LatticePeriods>,
+    periods: LatticePeriods,
     sort: Sort,
     scan: Scan,
     survey: Buffer,
@@ -58,7 +80,7 @@ pub struct Search {
     counts: Buffer,
     /// Where every column begins.
     columns: Buffer,
-    sorted: [Buffer; 3],
+    sorted: Boxes,
     first: Buffer,
     /// Pairs as they were found.
     found: Buffer,
@@ -67,6 +89,12 @@ pub struct Search {
     adjacency_start: Buffer,
     adjacency: Buffer,
 }
+
+// Its buffers by what they are to each kernel.
+arrays! { Search {
+    survey, crowds, classes, columns: keys, keys, members: values, places: values, entries: values, counts,
+    own: counts, starts: columns, first, found, pairs, adjacency_start, adjacency,
+} }
 
 impl Search {
     /// Compiles the kernels. In the plane (`planar`) only x and y count.
@@ -103,12 +131,12 @@ impl Search {
         (lattice, periods, changing): (Lattice, LatticePeriods, bool),
     ) -> Result<Self, GpuError> {
         let changing = changing || periods.is_sheared();
-        let periods = (!periods.is_none()).then_some(periods);
         let words = |label| Buffer::new(gpu, label, 4, 1);
         let reals = |label| Buffer::new(gpu, label, 4 * precision.bytes(), 1);
-        let space = Space { precision, planar, lattice, periods, changing };
+        let is_periodic = !periods.is_none();
+        let space = Space { precision, planar, lattice, periods: is_periodic.then_some(periods), changing };
         Ok(Search {
-            changing: periods.filter(|_| changing),
+            periods,
             kernels: Kernels::make(gpu, &space)?,
             sort: Sort::new(gpu)?,
             scan: Scan::new(gpu)?,
@@ -125,11 +153,11 @@ impl Search {
             values: words("search-values")?,
             counts: words("search-counts")?,
             columns: words("search-columns")?,
-            sorted: [
-                Buffer::new(gpu, "search-sorted-cells", 16, 1)?,
-                reals("search-sorted-remainders")?,
-                reals("search-sorted-boxes")?,
-            ],
+            sorted: Boxes {
+                cells: Buffer::new(gpu, "search-sorted-cells", 16, 1)?,
+                remainders: reals("search-sorted-remainders")?,
+                boxes: reals("search-sorted-boxes")?,
+            },
             first: words("search-first")?,
             found: Buffer::new(gpu, "search-found", 8, 1)?,
             pairs: Buffer::new(gpu, "pairs", 8, 1)?,
@@ -189,15 +217,7 @@ impl Search {
 
     /// Goes on in the space of other periods, where they change.
     pub fn set_periods(&mut self, periods: LatticePeriods) {
-        if self.changing.is_some() {
-            self.changing = Some(periods);
-        }
-    }
-
-    /// The parameters of a kernel that knows of periods.
-    fn with_periods(&self, words: [u32; 4]) -> Vec<u8> {
-        let parameters = bytemuck::bytes_of(&words);
-        self.changing.map_or_else(|| parameters.to_vec(), |periods| periods.after(parameters))
+        self.periods = periods;
     }
 
     /// Exchanges the pairs, where each body's list begins and the lists with other buffers, so that both can be kept.
@@ -229,7 +249,8 @@ impl Search {
     }
 
     fn reserve(&mut self, gpu: &Gpu, bodies: u64, columns: u64) -> Result<(), GpuError> {
-        let of_bodies = [&mut self.classes, &mut self.keys, &mut self.values].into_iter().chain(&mut self.sorted);
+        self.sorted.reserve(gpu, bodies)?;
+        let of_bodies = [&mut self.classes, &mut self.keys, &mut self.values].into_iter();
         for buffer in of_bodies.chain(self.wrapped.iter_mut().flatten()) {
             buffer.reserve(gpu, bodies)?;
         }
@@ -244,82 +265,43 @@ impl Search {
     fn order(
         &mut self,
         record: &mut Recorder<'_>,
-        [cell, remainder, boxes]: [&Buffer; 3],
+        [mut cells, mut remainders, boxes]: [&Buffer; 3],
         bodies: u64,
         columns: u64,
     ) -> Result<(), GpuError> {
-        let words = [bodies as u32, (columns - 1) as u32, 0, 0];
-        let parameters = bytemuck::bytes_of(&words);
+        let (kernels, periods) = (&self.kernels, self.periods);
         record.clear(&self.survey, 0..4 * SURVEY_WORDS);
         record.clear(&self.crowds, 0..8);
         record.clear(&self.counts, 0..4 * columns);
-        let [cell, remainder] = match (&self.kernels.wrap, &self.wrapped) {
-            (Some(wrap), Some([cells, remainders])) => {
-                record.run(
-                    wrap,
-                    &self.with_periods(words),
-                    &[
-                        ("cells", cell),
-                        ("remainders", remainder),
-                        ("wrapped_cells", cells),
-                        ("wrapped_remainders", remainders),
-                    ],
-                    bodies,
-                );
-                [cells, remainders]
-            }
-            _ => [cell, remainder],
-        };
-        let buffers = [
-            ("cells", cell),
-            ("remainders", remainder),
-            ("boxes", boxes),
-            ("classes", &self.classes),
-            ("survey", &self.survey),
-        ];
-        record.run(&self.kernels.classify, parameters, &buffers, bodies);
-        let buffers = [
-            ("cells", cell),
-            ("classes", &self.classes),
-            ("survey", &self.survey),
-            ("columns", &self.keys),
-            ("bodies", &self.values),
-            ("counts", &self.counts),
-        ];
-        record.run(&self.kernels.place, parameters, &buffers, bodies);
+        if let (Some(wrap), Some([wrapped_cells, wrapped_remainders])) = (&kernels.wrap, &self.wrapped) {
+            let wrapped = WrapArgs { bodies, periods, cells, remainders, wrapped_cells, wrapped_remainders };
+            wrap.call(record, bodies, wrapped);
+            (cells, remainders) = (wrapped_cells, wrapped_remainders);
+        }
+        let (mask, search) = (columns - 1, &*self);
+        kernels.classify.call(record, bodies, ClassifyArgs { bodies, cells, remainders, boxes, search });
+        kernels.place.call(record, bodies, PlaceArgs { bodies, mask, cells, search });
         self.scan.exclusive(record, &self.counts, &self.columns, columns)?;
         self.sort.by_key(record, &mut self.keys, &mut self.values, bodies, columns.trailing_zeros())?;
-        let [cells, remainders, extents] = &self.sorted;
-        let buffers = [
-            ("bodies", &self.values),
-            ("cells", cell),
-            ("remainders", remainder),
-            ("boxes", boxes),
-            ("sorted_cells", cells),
-            ("sorted_remainders", remainders),
-            ("sorted_boxes", extents),
-        ];
-        record.run(&self.kernels.gather, parameters, &buffers, bodies);
+        let (sorted, search) = (&self.sorted, &*self);
+        self.kernels.gather.call(record, bodies, GatherArgs { bodies, cells, remainders, boxes, sorted, search });
         Ok(())
     }
 
     /// Counts the pairs that every body finds, or writes them. One kernel does both, so that they agree to the bit.
     fn find(&self, record: &mut Recorder<'_>, bodies: u64, columns: u64, fill: bool) {
-        let large = TOO_MANY_PAIRS / bodies.max(1);
-        let words = [bodies as u32, (columns - 1) as u32, u32::from(fill), large as u32];
-        let list = if fill { &self.first } else { &self.counts };
-        let [cells, remainders, extents] = &self.sorted;
-        let buffers = [
-            ("cells", cells),
-            ("remainders", remainders),
-            ("boxes", extents),
-            ("starts", &self.columns),
-            ("survey", &self.survey),
-            ("list", list),
-            ("pairs", &self.found),
-            ("crowds", &self.crowds),
-        ];
-        record.run(&self.kernels.find, &self.with_periods(words), &buffers, bodies);
+        let arguments = FindArgs {
+            bodies,
+            mask: columns - 1,
+            fill,
+            large: TOO_MANY_PAIRS / bodies.max(1),
+            periods: self.periods,
+            sorted: &self.sorted,
+            list: if fill { &self.first } else { &self.counts },
+            pairs: &self.found,
+            search: self,
+        };
+        self.kernels.find.call(record, bodies, arguments);
     }
 
     /// Waits for the number of pairs.
@@ -343,50 +325,26 @@ impl Search {
     }
 
     /// Sorts the pairs by their first bodies, those of one by the second.
-    fn arrange(&mut self, record: &mut Recorder<'_>, bodies: u64, pairs: u64) -> Result<(), GpuError> {
+    fn arrange(&mut self, record: &mut Recorder<'_>, bodies: u64, count: u64) -> Result<(), GpuError> {
         let bits = bodies.next_power_of_two().trailing_zeros();
         for side in [1, 0] {
-            let words = [pairs as u32, side, 0, 0];
-            let buffers = [("pairs", &self.found), ("places", &self.values), ("keys", &self.keys)];
-            record.run(&self.kernels.ends, bytemuck::bytes_of(&words), &buffers, pairs);
-            self.sort.by_key(record, &mut self.keys, &mut self.values, pairs, bits)?;
+            self.kernels.ends.call(record, count, EndsArgs { count, side, search: self });
+            self.sort.by_key(record, &mut self.keys, &mut self.values, count, bits)?;
         }
-        let words = [pairs as u32, 0, 0, 0];
-        let buffers = [("found", &self.found), ("places", &self.values), ("pairs", &self.pairs)];
-        record.run(&self.kernels.arrange, bytemuck::bytes_of(&words), &buffers, pairs);
-        let words = [bodies as u32, pairs as u32, 0, 0];
-        let buffers = [("bodies", &self.keys), ("first", &self.first)];
-        record.run(&self.kernels.starts, bytemuck::bytes_of(&words), &buffers, bodies + 1);
+        let search = &*self;
+        self.kernels.arrange.call(record, count, ArrangeArgs { count, search });
+        self.kernels.starts.call(record, bodies + 1, StartsArgs { bodies, pairs: count, search });
         Ok(())
     }
 
     /// Makes every body's list of pairs.
-    fn connect(&mut self, record: &mut Recorder<'_>, bodies: u64, pairs: u64) -> Result<(), GpuError> {
-        let words = [bodies as u32, pairs as u32, 0, 0];
-        let parameters = bytemuck::bytes_of(&words);
-        let buffers =
-            [("pairs", &self.pairs), ("first", &self.first), ("found", &self.keys), ("entries", &self.values)];
-        record.run(&self.kernels.incoming, parameters, &buffers, pairs);
+    fn connect(&mut self, record: &mut Recorder<'_>, bodies: u64, count: u64) -> Result<(), GpuError> {
+        self.kernels.incoming.call(record, count, IncomingArgs { count, search: self });
         let bits = bodies.next_power_of_two().trailing_zeros();
-        self.sort.by_key(record, &mut self.keys, &mut self.values, pairs, bits)?;
-        let own = &self.counts;
-        let buffers = [
-            ("first", &self.first),
-            ("found", &self.keys),
-            ("entries", &self.values),
-            ("starts", &self.adjacency_start),
-            ("own", own),
-        ];
-        record.run(&self.kernels.adjacency_start, parameters, &buffers, bodies + 1);
-        let buffers = [
-            ("pairs", &self.pairs),
-            ("first", &self.first),
-            ("found", &self.keys),
-            ("entries", &self.values),
-            ("own", own),
-            ("adjacency", &self.adjacency),
-        ];
-        record.run(&self.kernels.adjacency, parameters, &buffers, pairs);
+        self.sort.by_key(record, &mut self.keys, &mut self.values, count, bits)?;
+        let search = &*self;
+        self.kernels.adjacency_start.call(record, bodies + 1, AdjacencyStartArgs { bodies, pairs: count, search });
+        self.kernels.adjacency.call(record, count, AdjacencyArgs { count, search });
         Ok(())
     }
 }

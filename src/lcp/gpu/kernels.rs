@@ -1,11 +1,13 @@
 //! The kernels of one solver, assembled for a number type, a dimension and a solver kind.
 
-use super::layout::{GRID_WORDS, HALT, LOOKS, NUMBERS, REDUCTIONS, Slots};
+use super::layout::{GRID_WORDS, HALT, LOOKS, NUMBERS, Parameters, REDUCTIONS, Slots};
+use super::memory::Memory;
 use super::number::{Operation, RING};
+use super::problem::DeviceProblem;
 use super::shape::{Shape, ShapeWork};
 use super::stage::{Action, REDUCTION_KINDS};
 use super::text::straight_line;
-use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
+use crate::gpu::{Gpu, GpuError, Made, Precision, Source, WORKGROUP, fragment, functions};
 use crate::lcp::clusters::{COMPLIANCE, LOCAL_STEPS, MOST_BODIES, MOST_ROWS, QUIET};
 use crate::lcp::pair_block_cg;
 use std::collections::HashMap;
@@ -47,25 +49,31 @@ pub(super) struct Variant {
     pub small_workgroup: u32,
 }
 
+functions! {
+    /// A kernel of a solver. It takes what it needs of all that there is.
+    pub(super) Lcp = struct LcpArgs<'a> { dispatch: Parameters, memory: &'a Memory, problem: &'a DeviceProblem }
+}
+
 /// The kernels of a solver. Each is compiled when a problem first needs it: few scenes have both small and large
 /// problems.
 #[derive(Default)]
 pub(super) struct Kernels {
-    prepare_rows: Option<Kernel>,
+    pub prepare_rows: Option<Lcp>,
     /// For large problems.
-    prepare_entries: Option<Kernel>,
-    small: Option<Kernel>,
+    pub prepare_entries: Option<Lcp>,
+    /// For small ones.
+    pub small: Option<Lcp>,
     /// For solvers with blocks of pairs.
-    prepare_pairs: Option<Kernel>,
-    stages: HashMap<Shape, Kernel>,
+    pub prepare_pairs: Option<Lcp>,
+    stages: HashMap<Shape, Lcp>,
     /// Of small problems, by the elements of a round.
-    straight: HashMap<Vec<Shape>, Kernel>,
+    straight: HashMap<Vec<Shape>, Lcp>,
 }
 
 impl Kernels {
     /// Compiles the kernels that every small problem needs, or every large one.
     pub fn make_common(&mut self, gpu: &Gpu, variant: Variant, small: bool) -> Result<(), GpuError> {
-        let kernel = |source: Source| Kernel::new(gpu, &source);
+        let kernel = |source: Source| Lcp::make(gpu, source);
         if self.prepare_rows.is_none() {
             self.prepare_rows = Some(kernel(variant.prepare_rows())?);
         }
@@ -81,43 +89,27 @@ impl Kernels {
         Ok(())
     }
 
-    pub fn prepare_rows(&self) -> Option<&Kernel> {
-        self.prepare_rows.as_ref()
-    }
-
-    pub fn prepare_pairs(&self) -> Option<&Kernel> {
-        self.prepare_pairs.as_ref()
-    }
-
-    pub fn small(&self) -> Option<&Kernel> {
-        self.small.as_ref()
-    }
-
-    pub fn prepare_entries(&self) -> Option<&Kernel> {
-        self.prepare_entries.as_ref()
-    }
-
     /// Compiles the kernel of a stage, once.
     pub fn make(&mut self, gpu: &Gpu, variant: Variant, shape: &Shape) -> Result<(), GpuError> {
         if !self.stages.contains_key(shape) {
-            self.stages.insert(shape.clone(), Kernel::new(gpu, &variant.stage(shape))?);
+            self.stages.insert(shape.clone(), Lcp::make(gpu, variant.stage(shape))?);
         }
         Ok(())
     }
 
-    pub fn stage(&self, shape: &Shape) -> Option<&Kernel> {
+    pub fn stage(&self, shape: &Shape) -> Option<&Lcp> {
         self.stages.get(shape)
     }
 
     /// Compiles the kernel of one workgroup's rounds, once.
     pub fn make_straight(&mut self, gpu: &Gpu, variant: Variant, shapes: &[Shape]) -> Result<(), GpuError> {
         if !self.straight.contains_key(shapes) {
-            self.straight.insert(shapes.to_vec(), Kernel::new(gpu, &variant.straight(shapes))?);
+            self.straight.insert(shapes.to_vec(), Lcp::make(gpu, variant.straight(shapes))?);
         }
         Ok(())
     }
 
-    pub fn straight(&self, shapes: &[Shape]) -> Option<&Kernel> {
+    pub fn straight(&self, shapes: &[Shape]) -> Option<&Lcp> {
         self.straight.get(shapes)
     }
 }
@@ -249,7 +241,7 @@ impl Variant {
             .include(fragment!("lcp/jacobian.wgsl"));
         source = match self.slots.low {
             Some(_) => source
-                .text("@group(0) @binding(8) var<storage, read_write> velocity_rest: array<vec4r>;\n")
+                .text("var<storage, read_write> velocity_rest: array<vec4r>;\n")
                 .include(fragment!("lcp/two_sums.wgsl"))
                 .include(fragment!("lcp/exact.wgsl"))
                 .include(fragment!("lcp/product_exactly.wgsl"))
@@ -257,7 +249,7 @@ impl Variant {
             None => source.include(fragment!("lcp/small_plain.wgsl")),
         };
         if self.slots.coupling.is_some() {
-            source = source.text("@group(0) @binding(7) var<storage, read> entries: array<real>;\n");
+            source = source.text("var<storage, read> entries: array<real>;\n");
         }
         if pairs {
             source = source
@@ -319,7 +311,8 @@ mod tests {
     use crate::lcp::SolverKind;
 
     fn check(source: &Source) {
-        validate(source).unwrap_or_else(|e| panic!("{} {:?}: {e}", source.name(), source.precision()));
+        validate(&Lcp::sources(source.clone())[0])
+            .unwrap_or_else(|e| panic!("{} {:?}: {e}", source.name(), source.precision()));
     }
 
     fn variants() -> Vec<Variant> {

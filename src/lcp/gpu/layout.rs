@@ -1,7 +1,7 @@
 //! The layout of vectors, scalars and parameters on the device.
 
 use super::number::RING;
-use crate::gpu::Precision;
+use crate::gpu::{Precision, arguments};
 use crate::lcp::SolverKind;
 
 /// The most sums that one stage makes.
@@ -86,26 +86,17 @@ impl Slots {
     }
 }
 
-/// The parameters of a dispatch, as in `shaders/lcp/parameters.wgsl`.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub(super) struct Parameters {
-    pub rows: u32,
-    pub pairs: u32,
-    pub bodies: u32,
-    pub stride: u32,
-    pub groups: u32,
-    pub looks: u32,
-    pub base: u32,
-    pub sums_from: u32,
-    pub sums_into: u32,
-    pub first: u32,
-    pub last: u32,
-    pub zero: u32,
-    /// Places of vectors, four in a word.
-    pub vectors: [u32; MOST_VECTORS / 4],
-    /// Places of numbers, two in a word.
-    pub numbers: [u32; MOST_NUMBERS / 2],
+arguments! {
+    /// The parameters of a dispatch, as in `shaders/lcp/parameters.wgsl`.
+    #[derive(Clone, Copy, Debug, Default)]
+    pub(super) struct Parameters {
+        rows: u32, pairs: u32, bodies: u32, stride: u32, groups: u32, looks: u32, base: u32, sums_from: u32,
+        sums_into: u32, first: u32, last: u32, zero: u32,
+        /// Places of vectors, four in a word.
+        vectors: [u32; MOST_VECTORS / 4],
+        /// Places of numbers, two in a word.
+        numbers: [u32; MOST_NUMBERS / 2],
+    }
 }
 
 impl Parameters {

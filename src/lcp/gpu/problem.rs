@@ -1,6 +1,6 @@
 //! An LCP on the device.
 
-use crate::gpu::{Buffer, Gpu, GpuError, Precision};
+use crate::gpu::{Buffer, Gpu, GpuError, Precision, arrays};
 use crate::lcp::Problem;
 use crate::lcp::incidence::Incidence;
 use crate::lcp::pair_blocks::{self, sorted};
@@ -40,7 +40,17 @@ pub struct DeviceProblem {
     pub velocity: Buffer,
 }
 
+arrays! { DeviceProblem {
+    pair, row_pairs: pair, jacobian, q, offset: q, block_start, row_start: block_start, incidence_start, incidence,
+    gamma, velocity, velocities: velocity,
+} }
+
 impl DeviceProblem {
+    /// Numbers from one vector of rows to the next.
+    pub(super) fn stride(&self) -> u64 {
+        self.rows.next_multiple_of(64)
+    }
+
     /// Uploads a problem and a warm start, whose missing numbers are zero. Also returns the order of the rows on the
     /// device: for each its place in `problem`.
     ///

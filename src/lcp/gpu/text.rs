@@ -6,7 +6,7 @@ use super::shape::{Line, NumberLine, Operand, Shape, ShapeWork};
 use super::stage::{Action, Block, Product, packed};
 use std::fmt::Write as _;
 
-/// The storage variables of a stage's kernel, in the order of their bindings: name, whether it is written, element.
+/// A storage variable of a stage's kernel: name, whether it is written, element.
 pub(super) type Variable = (&'static str, bool, &'static str);
 
 const BEGIN: &str = "@compute @workgroup_size(WORKGROUP)
@@ -22,7 +22,7 @@ fn main(
 /// In one workgroup: what confirms a look is done only after one that ended the batch, all else only before.
 const BEGIN_ROUNDS: &str = "
 // Where the vectors and numbers of each element of a round are.
-@group(0) @binding(1) var<storage, read> rounds: array<Places>;
+var<storage, read> rounds: array<Places>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(local_invocation_index) local: u32) {
@@ -125,10 +125,9 @@ impl Shape {
     /// The declarations of its variables.
     pub fn declarations(&self) -> String {
         let mut text = String::new();
-        for (nth, (name, written, element)) in self.variables().into_iter().enumerate() {
+        for (name, written, element) in self.variables() {
             let access = if written { "read_write" } else { "read" };
-            let binding = nth + 1;
-            let _ = writeln!(text, "@group(0) @binding({binding}) var<storage, {access}> {name}: array<{element}>;");
+            let _ = writeln!(text, "var<storage, {access}> {name}: array<{element}>;");
         }
         text
     }

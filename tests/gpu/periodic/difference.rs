@@ -20,9 +20,9 @@ const ROUNDINGS: f64 = 4.0;
 const FINE: i32 = 60;
 
 const DIFFERENCES: &str = "
-@group(0) @binding(0) var<storage, read> cells: array<vec4<i32>>;
-@group(0) @binding(1) var<storage, read> remainders: array<vec4r>;
-@group(0) @binding(2) var<storage, read_write> out: array<vec4r>;
+var<storage, read> cells: array<vec4<i32>>;
+var<storage, read> remainders: array<vec4r>;
+var<storage, read_write> out: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -65,7 +65,7 @@ fn differences(gpu: &Gpu, precision: Precision, periods: &LatticePeriods, points
     let [cells, remainders] = points.buffers(gpu, precision);
     let out = Buffer::new(gpu, "differences", 4 * precision.bytes(), count).unwrap();
     let mut record = gpu.record();
-    record.run(&kernel, &[], &[("cells", &cells), ("remainders", &remainders), ("out", &out)], count);
+    record.run(&kernel, &[], &[&cells, &remainders, &out], count);
     precision.decode(&record.read(&[(&out, 0..count * 4 * precision.bytes() as u64)]).unwrap()[0])
 }
 
@@ -84,17 +84,14 @@ fn differences_in_a_sheared_cell_are_the_hosts() {
                 let mut draw = || DVec3::from(random.random::<[f64; 3]>()) - 0.5;
                 let points: Vec<DVec3> = (0..400).map(|_| 2.0 * span * draw()).collect();
                 let placed = Points::of(precision, &lattice, &points);
-                let text = "struct Parameters { a: u32, b: u32, c: u32, d: u32 }\n\
-                            @group(0) @binding(0) var<uniform> parameters: Parameters;\n";
-                let shifted = DIFFERENCES.replace("binding(2)", "binding(3)").replace("binding(1)", "binding(2)");
-                let shifted = shifted.replacen("binding(0)", "binding(1)", 1);
-                let source = periods.define(Source::new("differences", precision)).text(text).text(&shifted);
+                let text = "struct Parameters { periods: array<vec4<i32>, 5> }\nvar<uniform> parameters: Parameters;\n";
+                let source = periods.define(Source::new("differences", precision)).text(text).text(DIFFERENCES);
                 let kernel = Kernel::new(gpu, &LatticePeriods::changing(source)).unwrap();
                 let [cells, remainders] = placed.buffers(gpu, precision);
                 let out = Buffer::new(gpu, "differences", 4 * precision.bytes(), 200).unwrap();
                 let mut record = gpu.record();
-                let buffers = [("cells", &cells), ("remainders", &remainders), ("out", &out)];
-                record.run(&kernel, &periods.after(&[0; 16]), &buffers, 200);
+                let buffers = [&cells, &remainders, &out];
+                record.run(&kernel, bytemuck::bytes_of(&periods.words()), &buffers, 200);
                 let read = record.read(&[(&out, 0..200 * 4 * precision.bytes() as u64)]).unwrap();
                 let found = precision.decode(&read[0]);
                 for (pair, found) in points.chunks_exact(2).zip(found.chunks_exact(4)) {
@@ -247,12 +244,7 @@ fn separations(
     let out = Buffer::new(gpu, "separations", 4 * precision.bytes(), 3 * count).unwrap();
     let mut record = gpu.record();
     let parameters = [count as u32, 0, 0, 0].map(u32::to_le_bytes).concat();
-    record.run(
-        &kernel,
-        &parameters,
-        &[("cells", &cells), ("remainders", &remainders), ("bodies", &bodies), ("out", &out)],
-        count,
-    );
+    record.run(&kernel, &parameters, &[&cells, &remainders, &bodies, &out], count);
     let read = record.read(&[(&out, 0..12 * count * precision.bytes() as u64)]).unwrap();
     let numbers = precision.decode(&read[0]);
     let vector = |v: &[f64; 12], k: usize| DVec3::from_slice(&v[4 * k..]);

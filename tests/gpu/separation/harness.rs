@@ -70,7 +70,7 @@ pub fn answers(gpu: &Gpu, precision: Precision, planar: bool, poses: &[Pose]) ->
         let out = Buffer::new(gpu, "separations", 4 * precision.bytes(), 4 * count).unwrap();
         let mut record = gpu.record();
         let parameters: Vec<u8> = [count as u32, 0, 0, 0].iter().flat_map(|word| word.to_le_bytes()).collect();
-        record.run(&kernel, &parameters, &[("pairs", &pairs), ("out", &out)], count);
+        record.run(&kernel, &parameters, &[&pairs, &out], count);
         let read = record.read(&[(&out, 0..16 * count * precision.bytes() as u64)]).unwrap();
         let numbers = precision.decode(&read[0]);
         for (i, v) in chosen.into_iter().zip(numbers.as_chunks::<16>().0) {

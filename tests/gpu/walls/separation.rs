@@ -79,12 +79,7 @@ pub fn answers(gpu: &Gpu, precision: Precision, lattice: &Lattice, poses: &[Pose
     let out = Buffer::new(gpu, "separations", 4 * precision.bytes(), 6 * count).unwrap();
     let mut record = gpu.record();
     let parameters: Vec<u8> = [count as u32, 0, 0, 0].iter().flat_map(|word| word.to_le_bytes()).collect();
-    record.run(
-        &kernel,
-        &parameters,
-        &[("cells", &cells), ("bodies", &bodies), ("surfaces", &surfaces), ("out", &out)],
-        count,
-    );
+    record.run(&kernel, &parameters, &[&cells, &bodies, &surfaces, &out], count);
     let read = record.read(&[(&out, 0..24 * count * precision.bytes() as u64)]).unwrap();
     let numbers = precision.decode(&read[0]);
     let answer = |v: &[f64; 24]| {

@@ -16,15 +16,6 @@ pub(in crate::backend::gpu) fn windows(forces: &[Force]) -> Vec<Window> {
     windows
 }
 
-/// The parameters of the kernel: with a share for each window, and the strain rates of a cell.
-pub(super) fn parameters(setup: &Setup) -> String {
-    let shares: String = (0..windows(&setup.forces).len()).map(|k| format!(", share_{k}: real")).collect();
-    let strain = if setup.strained().is_some() { ", strain_x: real, strain_y: real, strain_z: real" } else { "" };
-    format!(
-        "struct Parameters {{ bodies: u32, in_middle: u32, b: u32, c: u32, dt: real, root_dt: real{shares}{strain} }}\n"
-    )
-}
-
 /// `load_of`: the sum of the scene's forces on a body.
 pub(super) fn load_of(setup: &Setup, source: &Source) -> String {
     let mut text = String::from(
@@ -41,7 +32,7 @@ pub(super) fn load_of(setup: &Setup, source: &Source) -> String {
             },
         };
         let share = match force.window().and_then(|window| windows.iter().position(|w| w == window)) {
-            Some(k) => format!("parameters.share_{k} * "),
+            Some(k) => format!("parameters.shares[{}][{}] * ", k / 4, k % 4),
             None => String::new(),
         };
         let _ = writeln!(text, "    if {applies} {{ {sum} += {share}{term}; }}");

@@ -8,7 +8,7 @@ use crate::gpu::{Source, fragment};
 pub(super) fn carried(setup: &Setup) -> Source {
     let source = base(setup, "carried").include(fragment!("dynamics/carried.wgsl"));
     let Some(shear) = setup.shear() else { return source };
-    let strained = "vec3r(parameters.strain_x, parameters.strain_y, parameters.strain_z) * position";
+    let strained = "parameters.strain * position";
     let (direction, gradient) = (shear.direction.unit().to_array(), shear.gradient.unit().to_array());
     source
         .mapped(|text| text.replace(strained, "SHEAR_RATE * dot(position, SHEAR_GRADIENT) * SHEAR_DIRECTION"))

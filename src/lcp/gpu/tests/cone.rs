@@ -79,7 +79,7 @@ fn of_device(gpu: &Gpu, precision: Precision, triples: &[[f64; 3]]) -> Vec<f64> 
     let count = triples.len() * FUNCTIONS.len();
     let found = Buffer::new(gpu, "found", precision.bytes(), count as u64).unwrap();
     let mut record = gpu.record();
-    record.run(&kernel, &[], &[("triples", &given), ("found", &found)], 1);
+    record.run(&kernel, &[], &[&given, &found], 1);
     precision.decode(&record.read(&[(&found, 0..(count * precision.bytes()) as u64)]).unwrap()[0])
 }
 

@@ -1,0 +1,88 @@
+//! The buffers of a machine, by the names that kernels know them by.
+
+use super::kernels::{MOST_EXACT, Variant};
+use super::layout::{GRID_WORDS, NUMBERS, REDUCTIONS};
+use super::machine::MOST_GROUPS;
+use super::problem::DeviceProblem;
+use super::straight::ELEMENT_WORDS;
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays};
+
+/// Partial sums of one stage, of the next, and of what confirms a look.
+const PARTS: u64 = 3;
+
+/// What kernels work with beside the problem.
+pub(super) struct Memory {
+    pub program: Buffer,
+    /// Where the vectors and numbers of repeated elements are.
+    pub rounds: Buffer,
+    pub scalars: Buffer,
+    pub vectors: Buffer,
+    partial: Buffer,
+    pub grid: Buffer,
+    gathered: Buffer,
+    /// What rounding has left off the velocities.
+    velocity_rest: Buffer,
+    pub lists: Buffer,
+    /// The blocks of pairs of more than two rows.
+    entries: Buffer,
+    /// Where each row's pair ends, marked at its first row.
+    span: Buffer,
+    /// The tables of clusters, and what their local LCPs lead to.
+    pub clusters: Buffer,
+    pub part_start: Buffer,
+    pub displacement: Buffer,
+}
+
+arrays! { Memory {
+    program, rounds, scalars, vectors, partial, grid, gathered, velocity_rest, lists, entries, span, clusters,
+    part_start, displacement,
+} }
+
+impl Memory {
+    pub fn new(gpu: &Gpu, variant: &Variant) -> Result<Self, GpuError> {
+        let real = variant.precision.bytes();
+        let words = |label| Buffer::new(gpu, label, 4, 1);
+        let reals = |label, width: usize| Buffer::new(gpu, label, width * real, 1);
+        Ok(Memory {
+            program: Buffer::new(gpu, "lcp-program", 16, 1)?,
+            rounds: Buffer::new(gpu, "lcp-rounds", 4 * ELEMENT_WORDS, 1)?,
+            scalars: Buffer::new(gpu, "lcp-numbers", real, u64::from(NUMBERS))?,
+            vectors: reals("lcp-vectors", 1)?,
+            partial: Buffer::new(gpu, "lcp-partial", real, PARTS * u64::from(REDUCTIONS) * MOST_GROUPS)?,
+            grid: Buffer::new(gpu, "lcp-grid", 4, GRID_WORDS as u64)?,
+            gathered: reals("lcp-gathered", 4)?,
+            velocity_rest: reals("lcp-velocity-rest", 4)?,
+            lists: words("lcp-lists")?,
+            entries: reals("lcp-entries", 1)?,
+            span: words("lcp-spans")?,
+            clusters: words("lcp-clusters")?,
+            part_start: words("lcp-part-starts")?,
+            displacement: reals("lcp-displacements", 1)?,
+        })
+    }
+
+    /// Makes room for a problem and so many vectors of it, where one workgroup does it all or not (`small`).
+    pub fn reserve(
+        &mut self,
+        record: &mut Recorder<'_>,
+        variant: &Variant,
+        problem: &DeviceProblem,
+        (vectors, small): (u32, bool),
+    ) -> Result<(), GpuError> {
+        let (gpu, width) = (record.gpu(), if problem.planar { 1 } else { 2 });
+        self.vectors.reserve_and_keep(gpu, record, u64::from(vectors) * problem.stride())?;
+        if small {
+            self.lists.reserve(gpu, 4 * problem.rows + problem.pairs + problem.bodies + 2)?;
+        } else {
+            self.gathered.reserve(gpu, 2 * problem.rows * width)?;
+        }
+        if variant.slots.coupling.is_some() {
+            self.entries.reserve(gpu, problem.rows * u64::from(MOST_EXACT))?;
+            self.span.reserve(gpu, problem.rows)?;
+        }
+        if variant.slots.low.is_some() {
+            self.velocity_rest.reserve(gpu, problem.bodies * width)?;
+        }
+        Ok(())
+    }
+}
