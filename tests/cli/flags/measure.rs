@@ -32,7 +32,7 @@ fn only(place: &Place, _: &str) {
     assert_eq!(names(&["--only", "nematic", "--only", "radius"]), ["nematic", "radius"]);
     // Those that the help names, and no others.
     let help = place.relcp(&["measure", "--help"]).expect(0).out.split_whitespace().collect::<Vec<_>>().join(" ");
-    let (_, list) = help.split_once("by commas or as often as needed: ").unwrap();
+    let (_, list) = help.split_once("by commas or by repeating the option: ").unwrap();
     let list: Vec<&str> = list.split(' ').take(17).map(|name| name.trim_matches(',')).collect();
     assert_eq!(names(&[]), list);
     ran(place, "measure", &["--only", "weight"]).expect(2);
