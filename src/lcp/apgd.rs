@@ -7,6 +7,7 @@
 //! exceeds `L` is not taken.
 
 use super::drive::{Method, Point};
+use super::loops::update;
 use super::verbs::{Metric, Scalar, Verbs};
 
 /// `L` shrinks by this factor an accepted step, so that it follows the curvature down again. On the stored systems 0.9
@@ -46,6 +47,13 @@ impl<V: Verbs> Apgd<V> {
             age: 1.0.into(),
             momentum: 0.0.into(),
         }
+    }
+}
+
+impl<V: Verbs<Vector = Vec<f64>>> Apgd<V> {
+    /// Moves the gradients that it keeps by `delta`, by which the offsets of the problem have moved.
+    pub fn shift(&mut self, delta: &[f64]) {
+        update(&mut self.previous.g, [delta], |g, [delta]| g + delta);
     }
 }
 
