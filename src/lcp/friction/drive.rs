@@ -7,13 +7,15 @@ use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::verbs::Verbs;
 use crate::lcp::{Outcome, Problem, Settings, SolverKind, Status};
 
-/// The corrections follow where the residual with the present ones is at most this part of the tolerance, or what the
-/// farthest of them is off, even before it is their turn.
+/// The corrections follow where the residual with the present ones is at most this part of the tolerance, even before
+/// it is their turn.
 const OF_TOLERANCE: f64 = 0.3;
 
-/// So many follows that do not halve the least residual double the iterations between them, up to the most.
+/// So many follows that do not halve the least residual double the iterations between them, up to the most, and halve
+/// the part of what corrections are off, down to the least.
 const FOLLOWS: u32 = 20;
 const MOST_BETWEEN: u64 = 100;
+const LEAST_OF_CHANGE: f64 = 0.1;
 
 /// `auto` goes on with `apgd` where so many iterations of `pair_block_cg` did not halve the residual.
 const ITERATIONS_TO_HALVE: u64 = 600;
@@ -22,17 +24,22 @@ const ITERATIONS_TO_HALVE: u64 = 600;
 trait Follows<const D: usize>: Method<Frictional<D>> {
     /// Iterations between two follows, at first.
     const BETWEEN: u64;
+    /// And they follow where the residual with the present corrections is at most this part of what the farthest of
+    /// them is off.
+    const OF_CHANGE: f64;
     /// Moves the gradients that it keeps.
     fn shift(&mut self, delta: &[f64]);
 }
 
 impl<const D: usize> Follows<D> for PairBlockCg<Vec<f64>, f64> {
     const BETWEEN: u64 = 20;
+    const OF_CHANGE: f64 = 1.0;
     fn shift(&mut self, _: &[f64]) {}
 }
 
 impl<const D: usize> Follows<D> for Apgd<Frictional<D>> {
     const BETWEEN: u64 = 3;
+    const OF_CHANGE: f64 = 0.1;
     fn shift(&mut self, delta: &[f64]) {
         Apgd::shift(self, delta);
     }
@@ -41,6 +48,7 @@ impl<const D: usize> Follows<D> for Apgd<Frictional<D>> {
 /// When the corrections follow.
 struct Pace {
     between: u64,
+    of_change: f64,
     last: u64,
     /// Follows since the least residual was halved, and what it was then.
     follows: u32,
@@ -48,12 +56,12 @@ struct Pace {
 }
 
 impl Pace {
-    fn new(between: u64, last: u64) -> Self {
-        Pace { between, last, follows: 0, least: f64::INFINITY }
+    fn of<const D: usize, M: Follows<D>>(last: u64) -> Self {
+        Pace { between: M::BETWEEN, of_change: M::OF_CHANGE, last, follows: 0, least: f64::INFINITY }
     }
 
     fn is_due(&self, iterations: u64, measured: Measured, tolerance: f64) -> bool {
-        let solved = measured.cones <= (OF_TOLERANCE * tolerance).max(measured.change);
+        let solved = measured.cones <= (OF_TOLERANCE * tolerance).max(self.of_change * measured.change);
         iterations == 0 || solved || iterations - self.last >= self.between
     }
 
@@ -64,6 +72,7 @@ impl Pace {
             (self.follows, self.least) = (0, progress.least);
         } else if self.follows >= FOLLOWS {
             (self.follows, self.between) = (0, (2 * self.between).min(MOST_BETWEEN));
+            self.of_change = (0.5 * self.of_change).max(LEAST_OF_CHANGE);
         }
     }
 }
@@ -154,7 +163,7 @@ fn go<const D: usize, M: Follows<D>>(
     patience: u64,
 ) -> Option<Status> {
     let begun = if state.is_new() { 0 } else { state.progress().iterations };
-    let mut pace = Pace::new(M::BETWEEN, begun);
+    let mut pace = Pace::of::<D, M>(begun);
     let mut halved = (begun, f64::INFINITY);
     loop {
         if let Some(status) = drive.go(rows, method, state, 1, &|_| true) {

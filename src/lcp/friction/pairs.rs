@@ -164,9 +164,9 @@ impl<'a> Blocks<'a> {
 /// The block of a unit.
 fn block(mut matrix: [Triple; 3], unit: &Unit, compliance: &[f64]) -> Block {
     let largest = (0..3).map(|i| matrix[i][i]).fold(0.0, f64::max);
-    for i in 0..3 {
-        let own = compliance.get(i).copied().unwrap_or(1.0);
-        matrix[i][i] += own + REGULARIZATION * largest;
+    for (i, row) in matrix.iter_mut().enumerate() {
+        // Rows that are idle have an entry of their own.
+        row[i] += compliance.get(i).copied().unwrap_or(1.0) + REGULARIZATION * largest;
     }
     // What is not live is not used, and its matrix may be zero.
     Block::new(if unit.live { matrix } else { [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }, unit.mu)

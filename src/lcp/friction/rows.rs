@@ -123,7 +123,7 @@ impl<const D: usize> Frictional<D> {
     }
 
     /// Moves the corrections towards those of the gaps and slips `g`, and `g` along. Returns what its rows moved by.
-    pub fn follow(&mut self, g: &mut Vec<f64>) -> &Vec<f64> {
+    pub fn follow(&mut self, g: &mut [f64]) -> &[f64] {
         if !self.relaxed {
             self.follow.update(&self.units, g, &mut self.delta);
             update(g, [&self.delta], |g, [delta]| g + delta);

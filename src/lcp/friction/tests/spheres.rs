@@ -116,8 +116,7 @@ impl Spheres {
     /// Moves the spheres by a solution.
     pub fn accept(&mut self, contacts: &[Contact], problem: &Problem<6>, gamma: &[f64], step: &Step) {
         let v = velocity(problem, gamma);
-        for body in 0..self.position.len() {
-            let [x, y, z, a, b, c] = v[body];
+        for (body, [x, y, z, a, b, c]) in v.into_iter().enumerate().take(self.position.len()) {
             self.velocity[body] = self.free(body, step) + DVec3::new(x, y, z);
             self.spin[body] += self.turning.sqrt() * DVec3::new(a, b, c);
             self.position[body] += step.dt * self.velocity[body];
