@@ -35,7 +35,7 @@ pub struct Motion {
 pub struct Ending {
     /// What the velocity changes by after the move.
     pub linear: DVec3,
-    /// The angular momentum, space axes, over the first principal moment of inertia (as [`Spin`] has it).
+    /// The angular momentum, space axes, over the first principal moment of inertia (as `Spin` has it).
     pub momentum: DVec3,
     /// What drag and the forces still do after the move of a midpoint step, where there is drag.
     pub after: Option<After>,

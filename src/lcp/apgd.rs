@@ -7,6 +7,7 @@
 //! exceeds `L` is rejected.
 
 use super::drive::{Method, Point};
+use super::loops::update;
 use super::verbs::{Metric, Scalar, Verbs};
 
 /// `L` shrinks by this factor per accepted step, so that it follows a falling curvature. On the stored systems, values
@@ -45,6 +46,13 @@ impl<V: Verbs> Apgd<V> {
             age: 1.0.into(),
             momentum: 0.0.into(),
         }
+    }
+}
+
+impl<V: Verbs<Vector = Vec<f64>>> Apgd<V> {
+    /// Moves the gradients that it keeps by `delta`, by which the offsets of the problem have moved.
+    pub fn shift(&mut self, delta: &[f64]) {
+        update(&mut self.previous.g, [delta], |g, [delta]| g + delta);
     }
 }
 

@@ -15,14 +15,10 @@ use super::numbering;
 use super::on_rows::{Diagonals, Numbers, OnRows};
 use super::pair_blocks::{self, PairBlocks};
 use super::portion::{Alone, Portion};
-use super::product::Product;
+use super::product::{Product, ZERO_ROW};
 use super::verbs::InClusters;
 use super::{Places, Problem};
 use std::ops::Range;
-
-/// A row is a zero row if its diagonal entry of `A` is at most this part of the largest: its square root, the length of
-/// the row of `J`, is then below the rounding of the largest row.
-const ZERO_ROW: f64 = f64::EPSILON * f64::EPSILON;
 
 /// Rows per chunk of a sum: few enough that each of several threads has some chunks in a problem of a thousand rows.
 const CHUNK: usize = 256;

@@ -434,7 +434,8 @@ mod tests {
     #[test]
     fn claims_that_are_always_refused_end_at_the_rounding_floor() {
         let block = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
-        let problem = Problem::<3> { bodies: 2, pair: vec![[0, 1]], jacobian: vec![block], q: vec![-1e-8] };
+        let problem =
+            Problem::<3> { bodies: 2, pair: vec![[0, 1]], jacobian: vec![block], q: vec![-1e-8], ..Problem::default() };
         let mut cpu = Cpu::<3>::default();
         cpu.rebuild(&problem);
         let mut drive = Drive { at: Point { x: vec![0.0], g: Vec::new() }, ..Drive::default() };
@@ -461,7 +462,7 @@ mod tests {
         let along = |x: f64| [x, 0.0, 0.0];
         let jacobian = vec![[along(-1.0), along(1.0)]];
         let mut cpu = Cpu::<3>::default();
-        cpu.rebuild(&Problem { bodies: 2, pair: vec![[0, 1]], jacobian, q: vec![-1.0] });
+        cpu.rebuild(&Problem { bodies: 2, pair: vec![[0, 1]], jacobian, q: vec![-1.0], ..Problem::default() });
         let mut drive = Drive::default();
         cpu.import(&[start], &mut drive.at.x);
         let ended = drive.run(&mut cpu, &mut Worse, &settings, 1);

@@ -29,6 +29,12 @@ pub enum SolverKind {
 }
 
 impl SolverKind {
+    /// Whether it solves problems with friction cones ([`Problem::cones`](super::Problem::cones)): `auto`,
+    /// `pair_block_cg` and `apgd` do.
+    pub fn supports_friction(self) -> bool {
+        matches!(self, SolverKind::Auto | SolverKind::PairBlockCg | SolverKind::Apgd)
+    }
+
     /// All solvers that a scene may name, except `auto`, which uses some of them; with their names in scenes.
     ///
     /// ```

@@ -1,4 +1,5 @@
 //! The linear complementarity problem of one solve, `0 <= g(gamma) = q + A gamma  _|_  gamma >= 0`, and its solvers.
+//! Where rows have friction the multipliers of a contact lie in a cone (`friction`).
 //!
 //! `A = J J^T` is never formed: `J` has one sparse row per constraint, with one block per body of its pair. The rows
 //! are already scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or
@@ -24,6 +25,7 @@ mod dense;
 pub(crate) mod domain;
 mod drive;
 mod engine;
+mod friction;
 #[cfg(feature = "mpi")]
 pub(crate) mod gathered;
 mod interior_point;
@@ -42,6 +44,7 @@ mod stored;
 mod team;
 
 pub use drive::ResidualSample;
+pub use friction::Cone;
 pub use kind::SolverKind;
 pub(crate) use places::Places;
 pub(crate) use portion::{Alone, Portion};
@@ -59,6 +62,11 @@ pub struct Problem<const D: usize> {
     pub jacobian: Vec<[[f64; D]; 2]>,
     /// `g` at `gamma = 0`.
     pub q: Vec<f64>,
+    /// What the multiplier of each row may be; empty if all rows are alone.
+    pub cones: Vec<Cone>,
+    /// What is added to the diagonal of `A`, a length over a force a row: the elastic slip of tangents. Empty for
+    /// nothing, and where `cones` is.
+    pub compliance: Vec<f64>,
 }
 
 /// When a solver stops.

@@ -106,7 +106,7 @@ fn by_class(pair: &[[u32; 2]], chunks: Chunks, order: &mut [u32]) -> Chunks {
 }
 
 /// Orders rows by pair, stably: by the smaller body in one pass over all rows, then within each body.
-fn by_pair(pair: &[[u32; 2]], order: &mut Vec<u32>) {
+pub(crate) fn by_pair(pair: &[[u32; 2]], order: &mut Vec<u32>) {
     let bodies = pair.as_flattened().iter().map(|body| *body as usize + 1).max().unwrap_or(0);
     let mut next = vec![0_u32; bodies + 1];
     pair.iter().for_each(|pair| next[sorted(*pair)[0] as usize + 1] += 1);
@@ -291,7 +291,7 @@ pub(crate) fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
 }
 
 /// `A_ij` of two rows of the same pair, whose bodies may be in either order.
-fn entry<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], i: usize, j: usize) -> f64 {
+pub(crate) fn entry<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], i: usize, j: usize) -> f64 {
     let ([ia, ib], [ja, jb]) = (&jacobian[i], &jacobian[j]);
     if pair[i] == pair[j] { dot(ia, ja) + dot(ib, jb) } else { dot(ia, jb) + dot(ib, ja) }
 }

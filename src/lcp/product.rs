@@ -4,6 +4,10 @@
 
 use super::incidence::Incidence;
 
+/// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
+/// of `J`, is then below the rounding of the largest row's.
+pub(super) const ZERO_ROW: f64 = f64::EPSILON * f64::EPSILON;
+
 /// The rows of `J`, kept ready for products.
 #[derive(Clone, Debug, Default)]
 pub struct Product<const D: usize> {

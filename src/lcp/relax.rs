@@ -31,8 +31,9 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// otherwise the status is that of the best solve.
     ///
     /// # Panics
-    /// As [`Solver::solve`].
+    /// As [`Solver::solve`], and if the problem has cones.
     pub fn relax(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
+        assert!(problem.cones.is_empty(), "problems with cones are not relaxed");
         gamma.resize(problem.q.len(), 0.0);
         self.task.cpu.rebuild(problem);
         P::relax(self, gamma, allowed)
@@ -76,8 +77,9 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// Solves a problem regularized with `compliance`, from zero multipliers. A larger compliance moves bodies less.
     ///
     /// # Panics
-    /// As [`Solver::solve`].
+    /// As [`Solver::relax`].
     pub fn relax_by(&mut self, compliance: f64, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
+        assert!(problem.cones.is_empty(), "problems with cones are not relaxed");
         gamma.clear();
         gamma.resize(problem.q.len(), 0.0);
         self.task.cpu.rebuild(problem);

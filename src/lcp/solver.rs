@@ -3,6 +3,7 @@
 use super::cpu::Cpu;
 use super::drive::{Drive, ResidualSample};
 use super::engine::{Engine, Task};
+use super::friction::Friction;
 use super::portion::{Alone, Portion};
 use super::{Outcome, Places, Problem, Settings, SolverKind};
 
@@ -17,6 +18,7 @@ use super::{Outcome, Places, Problem, Settings, SolverKind};
 ///     pair: vec![[0, 1]],
 ///     jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]],
 ///     q: vec![-0.1],
+///     ..Problem::default()
 /// };
 /// let settings = Settings { tolerance: 1e-12, max_iterations: 1_000 };
 /// let mut gamma = Vec::new();
@@ -28,6 +30,10 @@ use super::{Outcome, Places, Problem, Settings, SolverKind};
 pub struct Solver<const D: usize, P: Portion<D> = Alone> {
     pub(super) task: Task<D, P>,
     pub(super) engine: Engine<D, P>,
+    /// Solves problems with cones.
+    friction: Friction<D>,
+    /// Whether the last problem had cones.
+    with_cones: bool,
 }
 
 impl<const D: usize> Solver<D> {
@@ -44,7 +50,8 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// A solver of a kind, for problems that may be distributed over processes.
     pub(crate) fn with_portions(kind: SolverKind, settings: Settings) -> Self {
         let engine = Engine::new(kind, &settings);
-        Solver { task: Task { cpu: Cpu::default(), drive: Drive::default(), settings }, engine }
+        let task = Task { cpu: Cpu::default(), drive: Drive::default(), settings };
+        Solver { task, engine, friction: Friction::new(kind), with_cones: false }
     }
 
     /// Tunes the solver for LCPs with many nearly parallel rows, such as a recursion appends. They slow conjugate
@@ -75,6 +82,12 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         self.task.settings = settings;
     }
 
+    /// Solves subsequent problems with cones by the convex relaxation of the law, for comparison.
+    #[cfg(test)]
+    pub(super) fn relax_friction(&mut self) {
+        self.friction.relax();
+    }
+
     /// Records the residuals of subsequent solves.
     pub fn keep_history(&mut self) {
         self.task.drive.history = Some(Vec::new());
@@ -90,8 +103,12 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     ///
     /// The velocity `J^T gamma` of a solution is unique; `gamma` is not unique if rows are linearly dependent.
     ///
+    /// A problem with [cones](Problem::cones) is solved for the exact law of friction, to a residual of that law. Its
+    /// start is put into the cones. Neither its `gamma` nor its velocity need be unique.
+    ///
     /// # Panics
-    /// If the lengths in the problem differ, or a row refers to a body out of range.
+    /// If the lengths in the problem differ, or a row refers to a body out of range. If the problem has cones: as
+    /// [`Problem::check`], and if the solver does not [support friction](SolverKind::supports_friction).
     pub fn solve(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         self.engine.forget();
         self.solve_next(problem, gamma)
@@ -104,8 +121,12 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// As [`Solver::solve`].
     pub fn solve_next(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         gamma.resize(problem.q.len(), 0.0);
-        let Task { cpu, drive, .. } = &mut self.task;
+        let Task { cpu, drive, settings } = &mut self.task;
         drive.history.iter_mut().for_each(Vec::clear);
+        self.with_cones = !problem.cones.is_empty();
+        if self.with_cones {
+            return self.friction.solve(problem, gamma, drive, settings);
+        }
         cpu.rebuild(problem);
         cpu.import(gamma, &mut drive.at.x);
         self.run(gamma, false)
@@ -113,8 +134,11 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
 
     /// Continues with the last problem from the last iterate.
     pub fn resume(&mut self, gamma: &mut [f64]) -> Outcome {
-        let Task { cpu, drive, .. } = &mut self.task;
+        let Task { cpu, drive, settings } = &mut self.task;
         drive.history.iter_mut().for_each(Vec::clear);
+        if self.with_cones {
+            return self.friction.resume(gamma, drive, settings);
+        }
         cpu.restart_count();
         self.run(gamma, true)
     }

@@ -28,8 +28,9 @@ impl Stored {
     /// A problem with its start and result.
     ///
     /// # Panics
-    /// If the lengths differ, or a row refers to a body out of range.
+    /// If the lengths differ, a row refers to a body out of range, or the problem has cones, which are not stored.
     pub fn new<const D: usize>(problem: &Problem<D>, start: Vec<f64>, gamma: &[f64]) -> Self {
+        assert!(problem.cones.is_empty(), "problems with cones are not stored");
         let side = |side: usize| problem.jacobian.iter().flat_map(|row| row[side]).collect();
         Stored {
             unknowns: D,
@@ -51,6 +52,7 @@ impl Stored {
             pair: self.pair.clone(),
             jacobian: blocks.map(|(a, b)| [*a, *b]).collect(),
             q: self.q.clone(),
+            ..Problem::default()
         })
     }
 
@@ -96,6 +98,7 @@ mod tests {
             pair: vec![[0, 1], [2, 1]],
             jacobian: vec![[[-1.0, 0.0, 0.5], [1.0, 0.0, 0.0]], [[0.0, 2.0, 0.0], [0.0, -1.0, 0.25]]],
             q: vec![-0.1, 0.3],
+            ..Problem::default()
         }
     }
 

@@ -113,7 +113,7 @@ pub trait Keeper: Send {
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
 }
 
-/// The verbs of an attempt at a step, in the order in which [`step`](super::step) uses them.
+/// The verbs of an attempt at a step, in the order in which `step` uses them.
 pub trait Verbs: Keeper {
     /// Growth and division, then forces, effective mobilities and free velocities at `C^k`: those of the whole step, or
     /// where it has a middle those of its first half.

@@ -39,5 +39,6 @@ pub fn line(rows: &[(f64, f64)]) -> Problem<3> {
         pair: vec![[0, 1]; rows.len()],
         jacobian: rows.iter().map(|(j, _)| [[-j, 0.0, 0.0], [*j, 0.0, 0.0]]).collect(),
         q: rows.iter().map(|(_, q)| *q).collect(),
+        ..Problem::default()
     }
 }

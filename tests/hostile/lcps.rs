@@ -29,9 +29,15 @@ pub fn files() -> Vec<Vec<u8>> {
         pair: vec![[0, 1], [2, 1]],
         jacobian: vec![[[-1.0, 0.0, 0.0, 0.5, 0.0, 0.0], [1.0; 6]], [[0.0, 1.0, 0.0, 0.0, 0.25, 0.0], [-1.0; 6]]],
         q: vec![-0.1, 0.2],
+        ..Problem::default()
     };
-    let plane =
-        Problem { bodies: 2, pair: vec![[0, 1]], jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]], q: vec![-0.1] };
+    let plane = Problem {
+        bodies: 2,
+        pair: vec![[0, 1]],
+        jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]],
+        q: vec![-0.1],
+        ..Problem::default()
+    };
     let lcps = [Stored::new(&space, vec![0.0; 2], &[0.5, 0.0]), Stored::new(&plane, vec![0.0], &[0.05])];
     let written = lcps.iter().map(|lcp| encode_lcp(lcp, &header()).unwrap());
     let numpy = written.clone().map(|bytes| {

@@ -166,6 +166,7 @@ fn rows_with_just_enough_room_are_not_infeasible() {
         pair: (1..bodies as u32).map(|i| [i - 1, i]).collect(),
         jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]; bodies - 1],
         q: vec![-0.1; bodies - 1],
+        ..Problem::default()
     };
     let (outcome, gamma) = solve(&chain, 1e-10);
     assert_eq!(outcome.status, Status::Solved, "{outcome:?}");

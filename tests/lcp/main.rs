@@ -332,6 +332,7 @@ fn rows_may_stand_in_any_order() {
         pair: order.iter().map(|row| [0, 1].map(|k| pair[*row][turn(*row, k)])).collect(),
         jacobian: order.iter().map(|row| [0, 1].map(|k| jacobian[*row][turn(*row, k)])).collect(),
         q: order.iter().map(|row| stored.problem.q[*row]).collect(),
+        ..Problem::default()
     };
     let mut gamma = Vec::new();
     let outcome = solve(SolverKind::Auto, &shuffled, &mut gamma, 1e-5);

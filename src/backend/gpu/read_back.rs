@@ -36,7 +36,7 @@ impl Device {
         let pair = bytemuck::pod_collect_to_vec(&read[0]);
         // Surfaces come after all bodies.
         let bodies = self.start.bodies as usize + self.setup.walls.len();
-        Ok((Problem { bodies, pair, jacobian, q }, gamma))
+        Ok((Problem { bodies, pair, jacobian, q, ..Problem::default() }, gamma))
     }
 
     /// Which of its pair's contacts each row is of, read back for tests; places at surfaces, and rows that are not by

@@ -245,6 +245,7 @@ mod tests {
             pair: (0..links).map(|i| [i, i + 1]).collect(),
             jacobian: vec![[along(-1.0), along(1.0)]; links as usize],
             q: (0..links).map(|i| -1.0 - f64::from(i * 7_919 % links) / f64::from(links)).collect(),
+            ..Problem::default()
         }
     }
 

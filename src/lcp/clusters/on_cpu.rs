@@ -69,6 +69,7 @@ impl<const D: usize> Local<D> {
             pair: domain.iter().map(|row| rows.pair[*row as usize].map(place)).collect(),
             jacobian: domain.iter().map(|row| rows.jacobian[*row as usize]).collect(),
             q: vec![0.0; domain.len()],
+            ..Problem::default()
         };
         let mut cpu = Cpu::<D>::default();
         cpu.rebuild(&problem);

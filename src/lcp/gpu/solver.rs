@@ -182,6 +182,7 @@ fn chain<const D: usize>() -> Problem<D> {
         pair: vec![[0, 1], [0, 1], [1, 2]],
         jacobian: vec![row(1.0), row(0.9), row(1.1)],
         q: vec![-1.0, -0.8, -0.7],
+        ..Problem::default()
     }
 }
 

@@ -42,6 +42,7 @@ mod tests {
                 pair: vec![[0, 1]; 2],
                 jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]],
                 q: vec![-0.1, second],
+                ..Problem::default()
             };
             let mut cpu = Cpu::<3>::default();
             cpu.rebuild(&problem);

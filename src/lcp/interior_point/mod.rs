@@ -257,6 +257,7 @@ mod tests {
             pair: vec![[0, 1], [1, 2]],
             jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]; 2],
             q: vec![-0.1, -0.2],
+            ..Problem::default()
         };
         let (mut cpu, mut drive) = (Cpu::<3>::for_parallel_rows(), Drive::default());
         cpu.rebuild(&problem);

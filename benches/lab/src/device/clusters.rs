@@ -63,6 +63,7 @@ fn copies(one: &Problem<PLANAR>, count: usize) -> Problem<PLANAR> {
         pair: (0..count).flat_map(pairs).collect(),
         jacobian: one.jacobian.repeat(count),
         q: one.q.repeat(count),
+        ..Problem::default()
     }
 }
 
@@ -109,6 +110,7 @@ mod tests {
             pair: vec![[0, 1], [1, 2]],
             jacobian: vec![[[1.0; 3]; 2]; 2],
             q: vec![1.0, 2.0],
+            ..Problem::default()
         };
         let two = copies(&one, 2);
         assert_eq!((two.bodies, two.pair), (6, vec![[0, 1], [1, 2], [3, 4], [4, 5]]));

@@ -84,6 +84,7 @@ fn a_poor_stored_solution_is_not_what_velocities_are_compared_with() {
         pair: vec![[0, 1], [0, 1]],
         jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]],
         q: vec![-0.1, -0.1],
+        ..Problem::default()
     };
     named.lcp = Stored::new(&contradiction, vec![0.0; 2], &[0.0; 2]);
     let instance = measure(&named, &[Compute::Cpu], &within(100)).unwrap();

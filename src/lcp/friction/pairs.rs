@@ -1,0 +1,173 @@
+//! The diagonal blocks of `A` that belong to one pair of bodies: steps within the cones, as a metric.
+//!
+//! A pair with one unit is solved exactly (`block`), one with several by a few sweeps of block Gauss-Seidel over its
+//! units. No sweep raises the objective, so what comes out is a descent step all the same.
+
+use super::block::Block;
+use super::cone::{Triple, dot};
+use super::unit::{Unit, plus};
+use crate::lcp::pair_blocks::{entry, sorted};
+use crate::lcp::product::Product;
+use std::ops::Range;
+
+/// Addition to the diagonal of a block, as a part of its largest entry, as in [`crate::lcp::pair_blocks`].
+const REGULARIZATION: f64 = 1e-6;
+
+/// Most sweeps over the units of a pair.
+const SWEEPS: usize = 10;
+
+/// A sweep that moves the units by less than this part of the first one is the last.
+const SETTLED: f64 = 1e-3;
+
+/// The blocks of all units, and pairs of several.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pairs {
+    /// One for each unit.
+    blocks: Vec<Block>,
+    /// The units of each pair.
+    pairs: Vec<Range<usize>>,
+    /// `A_uv` of all units of each pair with several, row by row of units.
+    couplings: Vec<[Triple; 3]>,
+    rise: Vec<Triple>,
+}
+
+impl Pairs {
+    /// Makes the blocks of units whose pairs stand together.
+    pub fn rebuild<const D: usize>(&mut self, product: &Product<D>, units: &[Unit], compliance: &[f64]) {
+        let (pair, jacobian) = (product.pair(), product.jacobian());
+        let of = |unit: &Unit| sorted(pair[unit.rows().start]);
+        let coupling = |u: &Unit, v: &Unit| -> [Triple; 3] {
+            let (rows, columns) = (u.rows(), v.rows());
+            std::array::from_fn(|i| {
+                std::array::from_fn(|j| match (rows.clone().nth(i), columns.clone().nth(j)) {
+                    (Some(i), Some(j)) => entry(pair, jacobian, i, j),
+                    _ => 0.0,
+                })
+            })
+        };
+        self.blocks.clear();
+        self.pairs.clear();
+        self.couplings.clear();
+        for (at, unit) in units.iter().enumerate() {
+            self.blocks.push(block(coupling(unit, unit), unit, &compliance[unit.rows()]));
+            match self.pairs.last_mut() {
+                Some(last) if of(&units[last.start]) == of(unit) => last.end = at + 1,
+                _ => self.pairs.push(at..at + 1),
+            }
+        }
+        for pair in self.pairs.iter().filter(|pair| pair.len() > 1) {
+            for u in &units[pair.clone()] {
+                self.couplings.extend(units[pair.clone()].iter().map(|v| coupling(u, v)));
+            }
+        }
+    }
+
+    /// `out = argmin over y in K of g . (y - x) + 1/2 (y - x) . B (y - x)`, for `x` in it.
+    pub fn descend(&mut self, units: &[Unit], x: &[f64], g: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(x);
+        let mut couplings = 0;
+        for pair in &self.pairs {
+            self.rise.clear();
+            self.rise.extend(units[pair.clone()].iter().map(|unit| unit.get(g)));
+            let blocks = Blocks::of(pair, units, &self.blocks, &self.couplings, &mut couplings);
+            blocks.settle(&mut self.rise, out);
+        }
+    }
+
+    /// `out = argmin over y in K of (y - w) . B (y - w)`.
+    pub fn project(&mut self, units: &[Unit], w: &[f64], out: &mut [f64]) {
+        let mut couplings = 0;
+        for pair in &self.pairs {
+            let blocks = Blocks::of(pair, units, &self.blocks, &self.couplings, &mut couplings);
+            let mut inside = true;
+            for unit in blocks.units {
+                let (w, near) = (unit.get(w), unit.project(unit.get(w)));
+                inside &= near == w;
+                unit.put(near, out);
+            }
+            // Nearly all are their own projection.
+            if !inside {
+                blocks.slopes(w, out, &mut self.rise);
+                blocks.settle(&mut self.rise, out);
+            }
+        }
+    }
+}
+
+/// The units of a pair.
+struct Blocks<'a> {
+    units: &'a [Unit],
+    blocks: &'a [Block],
+    /// `A_uv`, where there are several.
+    couplings: &'a [[Triple; 3]],
+}
+
+impl<'a> Blocks<'a> {
+    /// Those of a pair; the couplings of pairs are taken in their order.
+    fn of(
+        pair: &Range<usize>,
+        units: &'a [Unit],
+        blocks: &'a [Block],
+        couplings: &'a [[Triple; 3]],
+        taken: &mut usize,
+    ) -> Self {
+        let count = if pair.len() > 1 { pair.len() * pair.len() } else { 0 };
+        let first = *taken;
+        *taken += count;
+        Blocks { units: &units[pair.clone()], blocks: &blocks[pair.clone()], couplings: &couplings[first..*taken] }
+    }
+
+    /// `B (y - w)`.
+    fn slopes(&self, w: &[f64], y: &[f64], out: &mut Vec<Triple>) {
+        out.clear();
+        out.resize(self.units.len(), [0.0; 3]);
+        for (u, unit) in self.units.iter().enumerate() {
+            self.moved(u, plus(unit.get(y), -1.0, unit.get(w)), out);
+        }
+    }
+
+    /// Adds to the gradients what a move of a unit makes of them.
+    fn moved(&self, u: usize, change: Triple, rise: &mut [Triple]) {
+        for (v, rise) in rise.iter_mut().enumerate() {
+            let part = match u == v {
+                true => self.blocks[u].times(change),
+                false => self.couplings[v * self.units.len() + u].map(|row| dot(row, change)),
+            };
+            *rise = plus(*rise, 1.0, part);
+        }
+    }
+
+    /// Takes `y` in `K`, where the gradients are `rise`, to the solution, exactly for one unit.
+    fn settle(&self, rise: &mut [Triple], y: &mut [f64]) {
+        let sweeps = if self.units.len() == 1 { 1 } else { SWEEPS };
+        let mut most = 0.0;
+        for _ in 0..sweeps {
+            let mut farthest = 0.0;
+            for (u, (unit, block)) in self.units.iter().zip(self.blocks).enumerate().filter(|(_, (unit, _))| unit.live)
+            {
+                let (from, to) = (unit.get(y), block.minimize(unit.get(y), rise[u]));
+                unit.put(to, y);
+                if sweeps > 1 {
+                    let change = plus(to, -1.0, from);
+                    self.moved(u, change, rise);
+                    farthest = f64::max(farthest, unit.scale * dot(change, change).sqrt());
+                }
+            }
+            most = f64::max(most, farthest);
+            if farthest <= SETTLED * most {
+                return;
+            }
+        }
+    }
+}
+
+/// The block of a unit.
+fn block(mut matrix: [Triple; 3], unit: &Unit, compliance: &[f64]) -> Block {
+    let largest = (0..3).map(|i| matrix[i][i]).fold(0.0, f64::max);
+    for (i, row) in matrix.iter_mut().enumerate() {
+        // Rows that are idle have an entry of their own.
+        row[i] += compliance.get(i).copied().unwrap_or(1.0) + REGULARIZATION * largest;
+    }
+    // What is not live is not used, and its matrix may be zero.
+    Block::new(if unit.live { matrix } else { [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }, unit.mu)
+}
