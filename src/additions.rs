@@ -55,7 +55,10 @@ const NAMED: [(&str, &[&str]); 11] = [
     ("Compute::Together", &["simulation/compute.rs", "simulation/mod.rs", "run/follow.rs", "cli/processes.rs"]),
     ("Force::Gravity", &["dynamics/force.rs", "dynamics/force/field.rs", "backend/gpu/source/loads.rs"]),
     ("Dynamics::Inertial", &["dynamics/law.rs", "dynamics/thermal.rs", "backend/gpu/source.rs", "backend/gpu/heat.rs"]),
-    ("SolverKind::Apgd", &["lcp/kind.rs", "lcp/engine.rs", "lcp/gpu/solver.rs", "lcp/gpu/layout.rs"]),
+    (
+        "SolverKind::Apgd",
+        &["lcp/kind.rs", "lcp/engine.rs", "lcp/friction/drive.rs", "lcp/gpu/solver.rs", "lcp/gpu/layout.rs"],
+    ),
 ];
 
 /// All source files of a folder, without those of tests.

@@ -49,12 +49,6 @@ impl Spin {
     }
 
     /// The angular momentum, space axes, over the first moment, at an angular velocity in space axes.
-    ///
-    /// ```
-    /// use glam::{DQuat, DVec3};
-    /// let spin = relcp::internals::dynamics::Spin::new(DVec3::new(2.0, 2.0, 1.0));
-    /// assert_eq!(spin.momentum(DQuat::IDENTITY, DVec3::new(1.0, 0.0, 3.0)), DVec3::new(1.0, 0.0, 1.5));
-    /// ```
     pub fn momentum(&self, orientation: DQuat, velocity: DVec3) -> DVec3 {
         if self.is_even() { velocity } else { self.along_axes(orientation, velocity, self.moments) }
     }
@@ -133,6 +127,12 @@ mod tests {
 
     fn vector(random: &mut ChaCha8Rng) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)))
+    }
+
+    #[test]
+    fn the_momentum_is_over_the_first_moment() {
+        let spin = Spin::new(DVec3::new(2.0, 2.0, 1.0));
+        assert_eq!(spin.momentum(DQuat::IDENTITY, DVec3::new(1.0, 0.0, 3.0)), DVec3::new(1.0, 0.0, 1.5));
     }
 
     #[test]
