@@ -136,7 +136,7 @@ class Forces(unittest.TestCase):
     def test_wrong_answers(self):
         rows = np.ones((3, 3))
         for answer, exception, said in [
-            (np.ones(3), ValueError, r"shape \[3\]: expected one row a body, \(3, 3\)"),
+            (np.ones(3), ValueError, r"shape \[3\]: expected one row per body, \(3, 3\)"),
             (np.ones((2, 3)), ValueError, r"forces of shape \[2, 3\]"),
             (np.ones((3, 2)), ValueError, r"shape \[3, 2\]"),
             (np.ones((3, 3, 1)), ValueError, "shape"),
@@ -145,10 +145,10 @@ class Forces(unittest.TestCase):
             ((rows, rows, rows), ValueError, "tuple of 3"),
             (np.array([[0, 0, 0], [0, 0, 0], [0, np.nan, 0]]), ValueError, "NaN for body 2"),
             ((rows, np.full((3, 3), np.inf)), ValueError, "torques that are not finite: inf for body 0"),
-            (None, TypeError, "no array of numbers"),
-            ("north", TypeError, "no array of numbers"),
-            ([[1, 2, 3], [1, 2], [1, 2, 3]], TypeError, "no array"),
-            (1j * rows, TypeError, "no array"),
+            (None, TypeError, "not an array of numbers"),
+            ("north", TypeError, "not an array of numbers"),
+            ([[1, 2, 3], [1, 2], [1, 2, 3]], TypeError, "not an array"),
+            (1j * rows, TypeError, "not an array"),
         ]:
             simulation = relcp.Simulation(balls())
             simulation.add_force(lambda bodies: answer)
