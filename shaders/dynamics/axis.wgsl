@@ -12,7 +12,7 @@ fn axis_numbers(axis: vec3r) -> vec2r {
     return select(on.xy, -on.xy, on.z < 0.0);
 }
 
-// A body's axis; zero if it has none.
+// The axis of a body. It is zero for a body without an axis of revolution.
 fn axis_of(body: u32) -> vec3r {
     let x = motions[MOTION * body + 2u].w;
     let y = motions[MOTION * body + 3u].w;

@@ -21,7 +21,7 @@ const RING_MONOTONE: real = 2.0;
 const RING_STEPS: u32 = 60u;
 // The largest number of distinct minima.
 const RING_MINIMA: u32 = 4u;
-// The largest number of visited intervals. Beyond it none is halved.
+// The search visits at most this many intervals. It then stops halving them.
 const RING_WALK: u32 = 3000u;
 
 // Circle b in the axes of circle a: its centre, and two perpendicular radii.

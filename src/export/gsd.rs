@@ -12,7 +12,7 @@
 //! | `log/particles/group` | N, i32 | the scene's group; -1: none |
 //! | `log/particles/size` | N x 3, f64 | a shape's exact sizes, in the order of a scene |
 //! | `log/particles/angular_velocity` | N x 3 | |
-//! | `log/particles/Aspherical Shape` | N x 3, f32 | the shapes that OVITO draws instead of the types' shapes, if these are classes |
+//! | `log/particles/Aspherical Shape` | N x 3, f32 | shapes for OVITO, if the types are classes |
 //!
 //! The box is centred on the origin, as the schema requires. Along a periodic axis its side is the period; positions
 //! are wrapped into it, in a sheared cell into the tilted box, and `particles/image` (N x 3, i32) has the number of

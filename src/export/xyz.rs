@@ -8,7 +8,7 @@
 //! | `species` | `X`, because ASE has no other name for a particle that is not an atom |
 //! | `pos`, `velo` | the centre, in the box along periodic axes, and its velocity |
 //! | `orientation` | the rotation from the body's axes, `x y z w` |
-//! | `aspherical_shape` | the shape that OVITO draws: semi-axes; for a rod its radius, 0 and the length of its cylinder; for a ring zeros |
+//! | `aspherical_shape` | for OVITO: semi-axes; radius, 0, cylinder length of a rod; zeros of a ring |
 //! | `shape`, `size` | the shape's name and its sizes in the order of a scene |
 //! | `omega` | the angular velocity |
 //! | `id`, `parent`, `birth`, `generation`, `group` | lineage and group; -1 is none |

@@ -1,6 +1,6 @@
-//! Checks of assembled kernels, for tests: the kernels are valid on every adapter and take the arguments of their calls;
-//! every `switch` on a group of constants ([`Source::constants`]) handles all of them, and treats no other number as one
-//! of them.
+//! Checks of assembled kernels, for tests. The kernels are valid on every adapter and take the arguments of their
+//! calls. Every `switch` on a group of constants ([`Source::constants`]) handles all of them, and treats no other
+//! number as one of them.
 
 use super::function::Plan;
 use super::{Source, kernel};

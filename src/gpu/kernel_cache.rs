@@ -6,8 +6,7 @@ use super::{GpuError, Source};
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-/// Kernels that are kept though nobody uses them: more than those of four scenes. The next scene, or the same one
-/// again, often has most of them.
+/// Unused kernels that are kept: those of four scenes (a colony has 54). The next scene often uses most of them.
 const MOST_IDLE: usize = 256;
 
 /// Compiled kernels by the text of their sources.

@@ -1,5 +1,5 @@
-//! Tables of kernels. A line of a table contains a field's name, its function (`functions!`) and its source. So no kernel
-//! can use the source of another, and a kernel without a source does not compile.
+//! Tables of kernels. A line of a table contains a field's name, its function (`functions!`) and its source. So no
+//! kernel can use the source of another, and a kernel without a source does not compile.
 
 #[cfg(test)]
 use super::Source;

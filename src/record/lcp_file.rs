@@ -122,7 +122,8 @@ fn damaged(place: &str, what: impl Display) -> LcpFileError {
 /// ```
 /// use relcp::lcp::{Problem, Stored};
 /// use relcp::record::{LCP_FORMAT, LCP_VERSION, LcpHeader, decode_lcp, encode_lcp};
-/// let problem = Problem { bodies: 2, pair: vec![[0, 1]], jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]], q: vec![-0.1], ..Problem::default() };
+/// let jacobian = vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]];
+/// let problem = Problem { bodies: 2, pair: vec![[0, 1]], jacobian, q: vec![-0.1], ..Problem::default() };
 /// let lcp = Stored::new(&problem, vec![0.0], &[0.05]);
 /// let header = LcpHeader {
 ///     format: LCP_FORMAT.into(), version: LCP_VERSION, program: "mine".into(), scene: "two".into(), step: 1, recursion: 0,

@@ -31,10 +31,6 @@ const MOST_ROUNDS_OF_PARTING: u32 = 32;
 /// bodies that overlap by `d` needs half of `n d` on either side.
 const MOST_MOVE_OF_PARTING: f64 = 2.0;
 
-/// The largest number of random disturbances of a shortest piece that throws bodies. Of 200 random chambers one has
-/// such a piece, and the disturbances resolve it.
-const MOST_DISTURBANCES: u32 = 8;
-
 /// A piece without growth nearly holds if its error is at most this many overlap tolerances, and with growth at least
 /// this many times larger. In a full disc of eight cells the error is 5 tolerances, with growth 180.
 const NEARLY_HOLDS: f64 = 10.0;
@@ -115,7 +111,7 @@ pub(super) struct Taking<'a> {
     pub(super) keep: &'a mut Keep,
     /// The report of the accepted pieces, with the cost of all attempts.
     pub(super) report: &'a mut StepReport,
-    waiting: Waiting,
+    pub(super) waiting: Waiting,
 }
 
 impl Taking<'_> {
@@ -430,28 +426,6 @@ impl Taking<'_> {
             return Err(Fault::NoRoom { bodies: again.bodies(), wedge, unresolved });
         }
         Err(Fault::Unresolved(unresolved))
-    }
-
-    /// If the shortest piece threw bodies, takes it with the rows that push most tilted: a row of bodies that is about
-    /// to buckle went to a side without a solution.
-    fn disturb(
-        &mut self,
-        again: &mut dyn RetryBackend,
-        piece: Piece,
-        failed: &Result<Attempt, Fault>,
-    ) -> Result<Option<Overlap>, Fault> {
-        if !failed.as_ref().is_ok_and(Attempt::throws) {
-            return Ok(None);
-        }
-        for draw in 0..MOST_DISTURBANCES {
-            again.prepare(piece, &self.waiting);
-            let plan = Plan { disturbed: Some(draw), ..*self.plan };
-            match attempt(again, &plan, self.keep) {
-                Ok(tried) if tried.holds(self.plan) => return self.accept(again, tried).map(Some),
-                other => self.count_failure(&other),
-            }
-        }
-        Ok(None)
     }
 
     /// Takes the best trial of the shortest piece and separates the bodies that still overlap. Daughters that turn at

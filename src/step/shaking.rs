@@ -1,4 +1,5 @@
-//! Shakes cells that press each other and find no way out, before a step counts as one without room.
+//! Random draws for the shortest piece of a step, before it counts as one that cannot be taken: rows that push most are
+//! tilted if it throws bodies, and cells that press each other are shaken if they find no way out.
 //!
 //! Rows see first order only. Cells in a wedge may have motions that keep all its contacts to first order, and open
 //! them to second: two convex bodies that touch part by `s^2 / 2R` where they slide past each other by `s`. No row
@@ -6,7 +7,7 @@
 //! always has a solution, the start itself: the contacts that hold the wedge stay shut to first order, and the rest of
 //! the draw is a motion of this kind.
 
-use super::algorithm::{Plan, attempt};
+use super::algorithm::{Attempt, Plan, attempt};
 use super::retry::Taking;
 use super::{Crowd, Fault, Piece, RetryBackend, Stepping};
 use crate::dynamics::{Twist, Waiting, draw};
@@ -46,10 +47,36 @@ impl Shake {
     }
 }
 
+/// The largest number of random disturbances of a shortest piece that throws bodies. Of 200 random chambers one has
+/// such a piece, and the disturbances resolve it.
+const MOST_DISTURBANCES: u32 = 8;
+
 /// Keeps these draws apart from those of tilts.
 const OF_SHAKES: u64 = 1 << 63;
 
 impl Taking<'_> {
+    /// If the shortest piece threw bodies, takes it with the rows that push most tilted: a row of bodies that is about
+    /// to buckle went to a side without a solution.
+    pub(super) fn disturb(
+        &mut self,
+        again: &mut dyn RetryBackend,
+        piece: Piece,
+        failed: &Result<Attempt, Fault>,
+    ) -> Result<Option<Overlap>, Fault> {
+        if !failed.as_ref().is_ok_and(Attempt::throws) {
+            return Ok(None);
+        }
+        for draw in 0..MOST_DISTURBANCES {
+            again.prepare(piece, &self.waiting);
+            let plan = Plan { disturbed: Some(draw), ..*self.plan };
+            match attempt(again, &plan, self.keep) {
+                Ok(tried) if tried.holds(self.plan) => return self.accept(again, tried).map(Some),
+                other => self.count_failure(&other),
+            }
+        }
+        Ok(None)
+    }
+
     /// Takes a piece after a draw has moved the bodies of the wedge of the last attempt.
     pub(super) fn shaken(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
         let ids = again.crowded(Crowd::Wedged);

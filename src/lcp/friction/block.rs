@@ -1,16 +1,16 @@
 //! The small problem of a friction cone, `argmin over y in K of y . B y / 2 + c . y`, solved exactly.
 //!
 //! The answer is zero if `c` lies in the dual cone, or `-B^-1 c` if that lies in `K`. Otherwise it lies on the
-//! boundary, where `y . J y = 0` with `J = diag(mu^2, -1, -1)`, and `(B - l J) y = -c` for some `l > 0`. In a basis with
-//! `V^T B V = 1` and `V^T J V = diag(p, -a1, -a2)`, which is made once, `z = V^-1 y` and `h = V^T c`,
+//! boundary, where `y . J y = 0` with `J = diag(mu^2, -1, -1)`, and `(B - l J) y = -c` for some `l > 0`. In a basis
+//! with `V^T B V = 1` and `V^T J V = diag(p, -a1, -a2)`, which is made once, `z = V^-1 y` and `h = V^T c`,
 //!
 //! ```text
 //! z+ = -h+ / (1 - l p),   zi = -hi / (1 + l ai),   p z+^2 = a1 z1^2 + a2 z2^2.
 //! ```
 //!
 //! `y` lies in `K`, and not in `-K`, where `z+ > 0`. So `l < 1/p` if `h+ < 0`, else `l > 1/p`. The square root of the
-//! last equation is then `sqrt(p) |h+| R(l) = |1 - l p|` with `R = 1 / sqrt(sum ai hi^2 / (1 + l ai)^2)`. `R` is concave
-//! and rises, being a power mean of linear functions. On the first side the difference of both sides is concave, rises
+//! last equation is then `sqrt(p) |h+| R(l) = |1 - l p|` with `R = 1 / sqrt(sum ai hi^2 / (1 + l ai)^2)`. `R` is
+//! concave and rises, being a power mean of linear functions. On the first side the difference of both sides is concave, rises
 //! and begins negative at `l = 0`; on the second it does so in `1/l`, from 0. So Newton's method from there converges
 //! without a safeguard: no iterate passes the one root.
 

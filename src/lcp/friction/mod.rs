@@ -31,8 +31,8 @@
 //! formulation of the linear discrete Coulomb friction problem via convex optimization, 2011 (fixed point on `e`); V.
 //! Acary, M. Bremond, O. Huber, On solving contact problems with Coulomb friction: formulations and numerical
 //! comparisons, 2018; A. Tasora, M. Anitescu, A matrix-free cone complementarity approach for solving large-scale,
-//! nonsmooth, rigid body dynamics, 2011; H. Mazhar, T. Heyn, D. Negrut, A. Tasora, Using Nesterov's method to accelerate
-//! multibody dynamics with friction and contact, 2015.
+//! nonsmooth, rigid body dynamics, 2011; H. Mazhar, T. Heyn, D. Negrut, A. Tasora, Using Nesterov's method to
+//! accelerate multibody dynamics with friction and contact, 2015.
 //!
 //! Measurements are in docs/notes/friction-solver.md.
 

@@ -201,8 +201,8 @@ fn the_report_is_laid_out_as_in_wgsl() {
     let naga::TypeInner::Struct { members, .. } = &report.inner else { panic!("not a struct") };
     assert_eq!(layouter[handle].size as usize, size_of::<Report>());
     let found: Vec<_> = members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect();
-    // Its fields are words, and their names are told in their order.
-    let told = format!("{:?}", Report::blank());
-    let names = told.split(['{', ',', '}']).filter_map(|field| Some(field.split_once(':')?.0.trim().to_owned()));
+    // Each field is one word. The debug text lists the names in their order.
+    let text = format!("{:?}", Report::blank());
+    let names = text.split(['{', ',', '}']).filter_map(|field| Some(field.split_once(':')?.0.trim().to_owned()));
     assert_eq!(found, names.zip((0..).step_by(4)).collect::<Vec<_>>());
 }

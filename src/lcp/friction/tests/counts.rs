@@ -6,7 +6,7 @@ use super::*;
 
 /// Prints the counts of the last 200 of 300 steps.
 #[test]
-#[ignore = "measures"]
+#[ignore = "prints iteration counts and asserts nothing: run it with --ignored --nocapture"]
 fn iterations_of_a_heap() {
     for (mu, slip) in [(0.2, 1e-4), (0.5, 1e-4), (0.5, 0.0), (1.0, 1e-4)] {
         for kind in KINDS {
