@@ -28,7 +28,7 @@ fn main() -> Result<(), relcp::Error> {
     scene.seed = 7;
     scene.periodic = Some(Periodic::new([Some(LENGTH), None, None]));
     scene.walls = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-        .map(|normal| Wall::Channel { normal, center: [0.0; 3], width: SIDE, motion: None })
+        .map(|normal| Wall::Channel { normal, center: [0.0; 3], width: SIDE, motion: None, friction: None })
         .to_vec();
     scene.generate = vec![rods("east"), rods("west")];
     scene.forces = vec![drive("east", 2.0), drive("west", -2.0)];

@@ -9,8 +9,10 @@ pub struct Warm {
     pub pair: [u32; 2],
     /// The index of the contact, if the pair has several.
     pub feature: u32,
-    /// The sum of its rows' multipliers.
+    /// The sum of the multipliers of its normal rows.
     pub gamma: f64,
+    /// The friction force on the second body; zero without friction.
+    pub tangent: DVec3,
     /// Its last normal; zero if none was found.
     pub normal: DVec3,
 }

@@ -10,6 +10,7 @@
 //! is the exact derivative of `Phi(C(U))` at `U_j`. Scaled by the root `L` of the effective mobility, `J = sqrt(dt) D
 //! L`, the LCP matrix is `A = J J^T` and `U = U_free + L J^T gamma / sqrt(dt)`, for every law of motion.
 
+pub(crate) mod friction;
 mod source;
 
 pub use source::{FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
@@ -74,12 +75,17 @@ pub const FIXED: Mover<'static> = Mover {
     axis: None,
 };
 
+/// The blocks of a row of `J` and its offset.
+pub type Row<const D: usize> = ([[f64; D]; 2], f64);
+
 /// Makes `problem` one of `bodies` bodies without rows, keeping its memory.
 pub fn clear<const D: usize>(problem: &mut Problem<D>, bodies: usize) {
     problem.bodies = bodies;
     problem.pair.clear();
     problem.jacobian.clear();
     problem.q.clear();
+    problem.cones.clear();
+    problem.compliance.clear();
 }
 
 /// Moves the offset of row `row` so that `g = separation` at the total velocity whose scaled contact velocities are
@@ -105,14 +111,14 @@ pub fn tighten<const D: usize>(
 }
 
 /// Appends the row of pair `pair` with these blocks and this offset to `problem`.
-pub fn append<const D: usize>(problem: &mut Problem<D>, pair: [u32; 2], (jacobian, q): ([[f64; D]; 2], f64)) {
+pub fn append<const D: usize>(problem: &mut Problem<D>, pair: [u32; 2], (jacobian, q): Row<D>) {
     problem.pair.push(pair);
     problem.jacobian.push(jacobian);
     problem.q.push(q);
 }
 
 /// The blocks and the offset of the row with separation `found`.
-pub fn row<const D: usize>(found: &Separation, [a, b]: [Mover<'_>; 2], dt: f64) -> ([[f64; D]; 2], f64) {
+pub fn row<const D: usize>(found: &Separation, [a, b]: [Mover<'_>; 2], dt: f64) -> Row<D> {
     let normal = found.normal;
     let arm_a = a.arm(found.lever_a, normal, dt);
     let arm_b = b.arm(found.lever_b, normal, dt);

@@ -5,7 +5,7 @@
 //! | --- | --- | --- |
 //! | `bodies.pvd` | the centres | `orientation` (`[w, x, y, z]`, a "Quaternion" of 3D glyphs), `shape` (0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (as a scene gives them), `glyph` (the axes of a sphere or an ellipsoid, by which a glyph of unit diameter is scaled; 0 for rods and rings), `id`, `parent` (-1: none), `birth`, `generation`, `group` (-1: none), `velocity`, `angular_velocity` |
 //! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
-//! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force; not a number where it is not known: only a checkpoint and states recorded with `output.forces` know) |
+//! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force along the normal) and `force` (of `a` on `b`, with friction; both are not a number where they are not known: only a checkpoint and states recorded with `output.forces` know) |
 //!
 //! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of
 //! periods to add; a contact refers to `a` and to the image of `b` that it touches.
@@ -246,6 +246,7 @@ fn touching(state: &Snapshot, cutoff: Option<f64>) -> PolyData {
         Array::rows("separation", found.iter().map(|contact| [contact.separation])),
         Array::rows("normal", found.iter().map(|contact| contact.normal.to_array())),
         Array::rows("gamma", found.iter().map(|contact| [contact.gamma])),
+        Array::rows("force", found.iter().map(|contact| contact.force().to_array())),
         Array::new("a", 1, row(0)),
         Array::new("b", 1, row(1)),
     ];

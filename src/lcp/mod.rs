@@ -69,6 +69,15 @@ pub struct Problem<const D: usize> {
     pub compliance: Vec<f64>,
 }
 
+impl<const D: usize> Problem<D> {
+    /// `q + J v` of a row, with contact velocities `v`.
+    pub(crate) fn value(&self, row: usize, v: &[[f64; D]]) -> f64 {
+        let ([a, b], [ja, jb]) = (self.pair[row], &self.jacobian[row]);
+        let dot = |j: &[f64; D], v: &[f64; D]| j.iter().zip(v).map(|(j, v)| j * v).sum::<f64>();
+        self.q[row] + dot(ja, &v[a as usize]) + dot(jb, &v[b as usize])
+    }
+}
+
 /// When a solver stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {

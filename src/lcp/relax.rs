@@ -9,18 +9,34 @@
 //! Consistent rows are violated by `c` times the length by which forces move them, so a small enough `c` satisfies any
 //! tolerance. Contradictory rows are violated in the least-squares sense, which a smaller `c` changes little. So `c` is
 //! reduced until the violation is allowed, or no longer falls.
+//!
+//! With friction the compliance is that of normal rows alone; the slips of tangent rows have no sign, so that they never
+//! contradict each other.
 
 use super::engine::Task;
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::pair_block_cg::PairBlockCg;
 use super::portion::Portion;
 use super::solver::Solver;
-use super::{Outcome, Problem, Settings, Status};
+use super::{Cone, Outcome, Problem, Settings, Status};
 
 /// The compliances `c` to try. In a colony forces move rows by lengths of about 1, so the first leaves about the
 /// overlap tolerance of 1e-5 and the second a hundredth of it. For a stack of rods that is too tall by 1e-6, the second
 /// leaves 1e-6 to three digits, with ten times the forces of the first.
 const COMPLIANCES: [f64; 3] = [1e-5, 1e-7, 1e-9];
+
+/// Before the first solve.
+const NOTHING: Outcome = Outcome {
+    status: Status::NotFinite,
+    iterations: 0,
+    products: 0,
+    factorizations: 0,
+    fallback: false,
+    residual: f64::INFINITY,
+};
+
+/// With friction these solves go on to this part of what is allowed, so that something is left for the compliance.
+const OF_ALLOWED: f64 = 0.25;
 
 /// A violation above this part of the last one counts as no longer falling.
 const GAIN: f64 = 0.5;
@@ -30,29 +46,25 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// more than `allowed`, a length, the status is [`Status::LeastOverlap`] and the residual is the largest violation;
     /// otherwise the status is that of the best solve.
     ///
+    /// Normal rows of a problem with cones get the compliance, and friction stays.
+    ///
     /// # Panics
-    /// As [`Solver::solve`], and if the problem has cones.
+    /// As [`Solver::solve`].
     pub fn relax(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
-        assert!(problem.cones.is_empty(), "problems with cones are not relaxed");
         gamma.resize(problem.q.len(), 0.0);
+        if !problem.cones.is_empty() {
+            return self.relax_cones(problem, gamma, allowed);
+        }
         self.task.cpu.rebuild(problem);
         P::relax(self, gamma, allowed)
     }
 
     /// Relaxes the last problem.
     pub(super) fn relax_here(&mut self, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
-        let nothing = Outcome {
-            status: Status::NotFinite,
-            iterations: 0,
-            products: 0,
-            factorizations: 0,
-            fallback: false,
-            residual: f64::INFINITY,
-        };
         if !self.task.cpu.is_finite() {
-            return nothing;
+            return NOTHING;
         }
-        let (mut best, mut found) = (nothing, gamma.clone());
+        let (mut best, mut found) = (NOTHING, gamma.clone());
         let mut method = InteriorPoint::default();
         for compliance in COMPLIANCES {
             self.task.cpu.set_compliance(compliance);
@@ -74,10 +86,50 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         best
     }
 
+    /// [`Solver::relax`] of a problem with cones.
+    fn relax_cones(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
+        let normal: Vec<usize> = (0..problem.q.len()).filter(|row| problem.cones[*row] != Cone::Tangent).collect();
+        let diagonal = |row: usize| problem.jacobian[row].iter().flatten().map(|j| j * j).sum::<f64>();
+        let (start, mut best) = (gamma.clone(), None::<Outcome>);
+        let settings = self.settings();
+        self.set_settings(Settings { tolerance: settings.tolerance.min(OF_ALLOWED * allowed), ..settings });
+        for compliance in COMPLIANCES {
+            let mut soft = problem.clone();
+            soft.compliance.resize(problem.q.len(), 0.0);
+            normal.iter().for_each(|row| soft.compliance[*row] += compliance * diagonal(*row));
+            let mut found = start.clone();
+            let mut outcome = self.solve_next(&soft, &mut found);
+            let violated = normal.iter().map(|row| compliance * diagonal(*row) * found[*row]);
+            outcome.residual = violated.fold(outcome.residual, f64::max);
+            log::trace!("compliance {compliance:e} with friction: {outcome:?}");
+            outcome.status = match outcome.status {
+                _ if outcome.residual <= allowed => Status::LeastOverlap,
+                Status::Solved => Status::Infeasible,
+                failed => failed,
+            };
+            let least = best.map_or(f64::INFINITY, |best| best.residual);
+            outcome.iterations += best.map_or(0, |best| best.iterations);
+            outcome.products += best.map_or(0, |best| best.products);
+            if outcome.residual < GAIN * least || best.is_none() {
+                *gamma = found;
+                best = Some(outcome);
+            } else {
+                best = best.map(|best| Outcome { iterations: outcome.iterations, products: outcome.products, ..best });
+                break;
+            }
+            if outcome.residual <= allowed {
+                break;
+            }
+        }
+        self.set_settings(settings);
+        // There is at least one compliance.
+        best.unwrap_or(NOTHING)
+    }
+
     /// Solves a problem regularized with `compliance`, from zero multipliers. A larger compliance moves bodies less.
     ///
     /// # Panics
-    /// As [`Solver::relax`].
+    /// As [`Solver::solve`], and if the problem has cones.
     pub fn relax_by(&mut self, compliance: f64, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         assert!(problem.cones.is_empty(), "problems with cones are not relaxed");
         gamma.clear();

@@ -1,5 +1,6 @@
 //! Information from a run's scene that its states lack: whether it is planar, the drag, and which bodies are fixed.
 
+use crate::constraint::friction::Coefficients;
 use crate::dynamics::Stream;
 use crate::fixed::Fixed;
 use crate::periodic::CellShear;
@@ -25,6 +26,9 @@ pub struct Frame {
     /// The fixed bodies, if the scene is available.
     #[serde(skip)]
     pub(super) fixed: Fixed,
+    /// The coefficients of friction, if the scene is available and has some.
+    #[serde(skip)]
+    pub(super) friction: Option<Coefficients>,
     /// Whether its scene removes bodies.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub removes: bool,
@@ -47,6 +51,7 @@ impl Frame {
             drag: None,
             shear: None,
             fixed: Fixed::default(),
+            friction: None,
             removes: false,
         })
     }
@@ -62,6 +67,7 @@ impl Frame {
                 .and_then(|cell| cell.shear)
                 .map(|shear| (shear, Stream::of_cell(&shear, &scene.dynamics, scene.planar))),
             fixed: scene.fixed(),
+            friction: Some(scene.friction()).filter(|friction| !friction.is_none()),
             removes: !scene.removal.is_empty(),
         }
     }

@@ -25,6 +25,7 @@ mod dissipation;
 mod error;
 mod force_chains;
 mod frame;
+mod friction;
 pub(crate) mod groups;
 mod hull;
 mod interior;
@@ -205,7 +206,7 @@ pub trait Measure: Sync {
 }
 
 /// The measures. To add one, write its file and list it here.
-pub static ALL: [&dyn Measure; 17] = [
+pub static ALL: [&dyn Measure; 18] = [
     &nematic::Nematic,
     &correlation::Correlation,
     &radius::Radius,
@@ -216,6 +217,7 @@ pub static ALL: [&dyn Measure; 17] = [
     &stress::Stress,
     &shear_stress::ShearStress,
     &force_chains::ForceChains,
+    &friction::Friction,
     &microdomains::Microdomains,
     &dissipation::Dissipation,
     &msd::Msd,

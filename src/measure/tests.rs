@@ -38,7 +38,8 @@ fn bodies(placed: impl IntoIterator<Item = (Shape, DVec3, DQuat)>) -> Bodies {
 }
 
 fn state(bodies: Bodies, forces: Option<&[([u32; 2], f64)]>) -> Snapshot {
-    let warm = |&(pair, gamma): &([u32; 2], f64)| Warm { pair, feature: 0, gamma, normal: DVec3::ZERO };
+    let warm =
+        |&(pair, gamma): &([u32; 2], f64)| Warm { pair, feature: 0, gamma, normal: DVec3::ZERO, tangent: DVec3::ZERO };
     Snapshot {
         step: 7,
         time: 0.7,

@@ -141,7 +141,7 @@ impl<'a> View<'a> {
             let found = branch(&of_a, &of_b, &nearest, warm.feature);
             let delta = of_b.position - of_a.position;
             let lever = 0.5 * (found.lever_a + delta + found.lever_b);
-            Some(Push { pair, force: warm.gamma * found.normal, delta, lever })
+            Some(Push { pair, force: warm.gamma * found.normal + warm.tangent, delta, lever })
         }))
     }
 

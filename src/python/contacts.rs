@@ -5,6 +5,7 @@ use crate::bodies::Bodies;
 use crate::step::{State, contacts};
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
+use glam::DVec3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use std::collections::HashMap;
@@ -18,16 +19,18 @@ pub(super) struct Pairs {
     point_a: Vec<[f64; 3]>,
     point_b: Vec<[f64; 3]>,
     gamma: Vec<f64>,
+    force: Vec<[f64; 3]>,
 }
 
 impl Pairs {
     /// The pairs whose separation is at most `cutoff`, from the bodies alone, with the forces of the last step.
     pub fn of(state: &State, cutoff: f64) -> Self {
         let bodies = &state.bodies;
-        let mut forces = HashMap::<[usize; 2], f64>::new();
-        for Warm { pair, gamma, .. } in state.warm.iter().filter(|warm| surface_of(warm.pair[1]).is_none()) {
+        let mut forces = HashMap::<[usize; 2], (f64, DVec3)>::new();
+        for Warm { pair, gamma, tangent, .. } in state.warm.iter().filter(|warm| surface_of(warm.pair[1]).is_none()) {
             // A method with several rows per pair has a force for each.
-            *forces.entry(pair.map(|body| body as usize)).or_default() += gamma;
+            let force = forces.entry(pair.map(|body| body as usize)).or_default();
+            *force = (force.0 + gamma, force.1 + tangent);
         }
         let mut found = Pairs::default();
         for near in contacts(bodies, cutoff) {
@@ -37,7 +40,9 @@ impl Pairs {
             found.normal.push(near.normal.to_array());
             found.point_a.push((a + near.levers[0]).to_array());
             found.point_b.push((b + near.levers[1]).to_array());
-            found.gamma.push(forces.get(&near.bodies).copied().unwrap_or(0.0));
+            let (gamma, tangent) = forces.get(&near.bodies).copied().unwrap_or_default();
+            found.gamma.push(gamma);
+            found.force.push((gamma * near.normal + tangent).to_array());
         }
         found
     }
@@ -58,6 +63,8 @@ pub(super) struct Contacts {
     point_b: Py<PyArray2<f64>>,
     /// (M,): the contact force of the last step, summed over the rows of the pair; zero without contact.
     gamma: Py<PyArray1<f64>>,
+    /// (M, 3): the force of the first body on the second: `gamma` along the normal, and friction.
+    force: Py<PyArray2<f64>>,
 }
 
 impl Contacts {
@@ -69,6 +76,7 @@ impl Contacts {
             point_a: table(py, found.point_a)?.unbind(),
             point_b: table(py, found.point_b)?.unbind(),
             gamma: column(py, found.gamma).unbind(),
+            force: table(py, found.force)?.unbind(),
         })
     }
 }

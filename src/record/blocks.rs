@@ -14,6 +14,9 @@ use glam::{DQuat, DVec3};
 /// The lengths of bodies at birth; NaN if a body's division rule does not need it.
 const BIRTH_LENGTH: &str = "birth_length";
 
+/// The friction forces of near pairs, where there are any.
+const TANGENT: &str = "warm_tangent";
+
 /// The parent of a body that has none.
 const NO_PARENT: u64 = u64::MAX;
 
@@ -74,12 +77,21 @@ pub(super) fn read_broken_bonds(source: &mut Archive, rows: usize) -> Result<Vec
 
 /// The warm start of the near pairs, one row each.
 pub(super) fn warm_blocks(warm: &[Warm]) -> Vec<Block> {
-    vec![
+    let mut blocks = vec![
         u32s("warm_pair", warm.iter().map(|w| w.pair)),
         u32s("warm_feature", warm.iter().map(|w| [w.feature])),
         f64s("warm_gamma", warm.iter().map(|w| [w.gamma])),
         f64s("warm_normal", warm.iter().map(|w| w.normal.to_array())),
-    ]
+    ];
+    if has_friction(warm) {
+        blocks.push(f64s(TANGENT, warm.iter().map(|w| w.tangent.to_array())));
+    }
+    blocks
+}
+
+/// Whether a pair has a friction force.
+pub(super) fn has_friction(warm: &[Warm]) -> bool {
+    warm.iter().any(|w| w.tangent != DVec3::ZERO)
 }
 
 fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
@@ -151,18 +163,24 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
 
 /// Reads the arrays of [`warm_blocks`]; every pair must be two of the `bodies` bodies, in ascending order, or a body
 /// and a surface of a wall.
-pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Result<Vec<Warm>, StateError> {
+pub(super) fn read_warm(
+    source: &mut Archive,
+    [rows, bodies]: [usize; 2],
+    with_friction: bool,
+) -> Result<Vec<Warm>, StateError> {
     let pairs = source.u32s::<2>("warm_pair", rows)?;
     let features = source.u32s::<1>("warm_feature", rows)?;
     let gammas = source.f64s::<1>("warm_gamma", rows)?;
     let normals = source.f64s::<3>("warm_normal", rows)?;
-    let rows = pairs.into_iter().zip(features).zip(gammas).zip(normals).enumerate();
-    rows.map(|(row, (((pair, [feature]), [gamma]), normal))| {
+    let tangents = if with_friction { source.f64s::<3>(TANGENT, rows)? } else { vec![[0.0; 3]; rows] };
+    let rows = pairs.into_iter().zip(features).zip(gammas).zip(normals).zip(tangents).enumerate();
+    rows.map(|(row, ((((pair, [feature]), [gamma]), normal), tangent))| {
         let known = |number: u32| (number as usize) < bodies;
         if pair[0] >= pair[1] || !known(pair[0]) || !(known(pair[1]) || surface_of(pair[1]).is_some()) {
             return Err(StateError::row("warm_pair", row));
         }
-        Ok(Warm { pair, feature, gamma, normal: DVec3::from_array(normal) })
+        let [normal, tangent] = [normal, tangent].map(DVec3::from_array);
+        Ok(Warm { pair, feature, gamma, normal, tangent })
     })
     .collect()
 }

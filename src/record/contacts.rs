@@ -30,12 +30,22 @@ pub struct ContactForce {
     pub normal: DVec3,
     /// The contact force along the normal; NaN if unknown.
     pub gamma: f64,
+    /// The friction force on the second body, across the normal; zero without friction, NaN if unknown.
+    pub tangent: DVec3,
+}
+
+impl ContactForce {
+    /// The force on the second body.
+    pub fn force(&self) -> DVec3 {
+        self.gamma * self.normal + self.tangent
+    }
 }
 
 /// The forces of a pair: their sum, their number, and the sums of normals and levers times forces.
 #[derive(Clone, Copy, Default)]
 struct Force {
     gamma: f64,
+    tangent: DVec3,
     places: u32,
     normal: DVec3,
     levers: [DVec3; 2],
@@ -75,6 +85,7 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<ContactForce> {
         // Methods with several rows per pair have a force for each.
         let force = forces.entry(key).or_default();
         force.gamma += warm.gamma;
+        force.tangent += warm.tangent;
         if let Some(nearest) = found.get(&key).filter(|_| warm.gamma > 0.0) {
             force.places += 1;
             let at = branch(&a, &b, nearest, warm.feature);
@@ -100,6 +111,7 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<ContactForce> {
             separation: s.separation,
             normal: s.normal,
             gamma: forces.get(&key).map_or(unknown, |force| force.gamma),
+            tangent: forces.get(&key).map_or(DVec3::splat(unknown), |force| force.tangent),
         }
     };
     found.into_iter().map(contact).collect()

@@ -6,15 +6,18 @@
 //! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` if cells divide by an added
 //! length. If bonds are broken, `broken_bonds` has their indices in the scene, ascending.
 //!
-//! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, one row per near pair, and the
-//! run's totals in its header; a state has the former if the scene sets `output.forces`. A checkpoint of a device also
-//! has `device_cells` (N x 3, signed integers in the bits of unsigned ones) and `device_numbers` (N x 20), from which
-//! this device continues to the same bits ([`Unrounded`](crate::step::Unrounded)).
+//! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, one row per near pair (and, where
+//! contacts have friction, `warm_tangent`, the friction forces on the second bodies, N x 3: version 3), and the run's
+//! totals in its header; a state has the former if the scene sets `output.forces`. A checkpoint of a device also has
+//! `device_cells` (N x 3, signed integers in the bits of unsigned ones) and `device_numbers` (N x 20), from which this
+//! device continues to the same bits ([`Unrounded`](crate::step::Unrounded)).
 //!
 //! `header` is the [`Header`], the bytes of its JSON text:
 //! `json.loads(bytes(state["header"]))`.
 
-use super::blocks::{blocks, read_bodies, read_broken_bonds, read_unrounded, read_warm, unrounded_blocks};
+use super::blocks::{
+    blocks, has_friction, read_bodies, read_broken_bonds, read_unrounded, read_warm, unrounded_blocks,
+};
 use super::durable;
 use super::error::{RecordError, StateError};
 use super::npz::{Archive, MAGIC, write};
@@ -30,8 +33,11 @@ use std::path::Path;
 
 /// The name of the format, in a file's header.
 pub const FORMAT: &str = "relcp-state";
-/// The version that this program writes; it reads versions up to it. Version 1 had its header as `header.json`.
-pub const VERSION: u64 = 2;
+/// The newest version that this program knows: that of states with friction forces. It reads versions up to it. Version
+/// 1 had its header as `header.json`.
+pub const VERSION: u64 = 3;
+/// The version of states without friction forces, which earlier programs read.
+const WITHOUT_FRICTION: u64 = 2;
 /// The part of a period to which floats must resolve positions.
 const LEAST_KNOWN: f64 = 0.1;
 /// The smallest number of bytes of a body or a near pair, which limits the counts that a file may claim.
@@ -121,7 +127,7 @@ fn pack(
     }
     let header = Header {
         format: FORMAT.into(),
-        version: VERSION,
+        version: if with_warm && has_friction(&state.warm) { VERSION } else { WITHOUT_FRICTION },
         program: env!("CARGO_PKG_VERSION").into(),
         scene: scene.into(),
         step: state.step,
@@ -170,7 +176,11 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
         next_id: header.next_id,
         bodies: Bodies { periods, planar: header.planar, ..bodies },
         removed: header.removed.clone(),
-        warm: if warm > 0 { read_warm(&mut archive, warm as usize, rows)? } else { Vec::new() },
+        warm: if warm > 0 {
+            read_warm(&mut archive, [warm as usize, rows], header.version > WITHOUT_FRICTION)?
+        } else {
+            Vec::new()
+        },
         unrounded: header.device.map(|kind| read_unrounded(&mut archive, kind, rows)).transpose()?,
     };
     Ok((header, state))

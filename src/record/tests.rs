@@ -44,9 +44,9 @@ fn state() -> State {
         shape,
     };
     let warm = vec![
-        Warm { pair: [0, 2], feature: 7, gamma: 0.1 + 0.7, normal: vector(3) },
-        Warm { pair: [1, 3], feature: u32::MAX, gamma: 0.0, normal: DVec3::NEG_X },
-        Warm { pair: [2, crate::walls::number_of(5)], feature: 1, gamma: 0.3, normal: DVec3::Y },
+        Warm { pair: [0, 2], feature: 7, gamma: 0.1 + 0.7, normal: vector(3), tangent: DVec3::ZERO },
+        Warm { pair: [1, 3], feature: u32::MAX, gamma: 0.0, normal: DVec3::NEG_X, tangent: DVec3::ZERO },
+        Warm { pair: [2, crate::walls::number_of(5)], feature: 1, gamma: 0.3, normal: DVec3::Y, tangent: DVec3::ZERO },
     ];
     let cells = [[i32::MIN, -1, 0], [1, 2, 3], [0; 3], [i32::MAX, 5, -6]];
     let of_device = |(i, cell)| UnroundedBody::from_numbers(cell, std::array::from_fn(|k| at(i + k)));

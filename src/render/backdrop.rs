@@ -182,7 +182,8 @@ mod tests {
 
     #[test]
     fn a_channel_is_a_band_between_lines_with_grey_outside() {
-        let wall = Wall::Channel { normal: [0.0, 1.0, 0.0], center: [0.0; 3], width: 4.0, motion: None };
+        let wall =
+            Wall::Channel { normal: [0.0, 1.0, 0.0], center: [0.0; 3], width: 4.0, motion: None, friction: None };
         let backdrop = Backdrop { walls: Walls::new(&[wall], true), ..Backdrop::default() };
         let image = drawn(&backdrop, true);
         let shade = |x: u32, y: u32| image.pixel(x, y).unwrap()[0];
@@ -194,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_box_in_space_is_lines_behind_the_bodies() {
-        let wall = Wall::Box { minimum: [-2.5, -2.0, -2.0], maximum: [2.5, 2.0, 2.0], motion: None };
+        let wall = Wall::Box { minimum: [-2.5, -2.0, -2.0], maximum: [2.5, 2.0, 2.0], motion: None, friction: None };
         let scene_walls = vec![wall];
         let backdrop = Backdrop { walls: Walls::new(&[wall], false), scene_walls, ..Backdrop::default() };
         let (with, without) = (drawn(&backdrop, false), drawn(&Backdrop::default(), false));

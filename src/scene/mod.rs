@@ -36,6 +36,7 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
+pub use crate::constraint::friction::{Friction, GroupFriction};
 pub use crate::dynamics::{
     Bond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window,
 };
@@ -435,7 +436,7 @@ fn is_one(count: &u64) -> bool {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 17] = [
+pub(crate) const MEASURES: [&str; 18] = [
     "nematic",
     "correlation",
     "radius",
@@ -446,6 +447,7 @@ pub(crate) const MEASURES: [&str; 17] = [
     "stress",
     "shear_stress",
     "force_chains",
+    "friction",
     "microdomains",
     "dissipation",
     "msd",

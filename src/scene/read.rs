@@ -358,6 +358,8 @@ const LISTS: &[&str] = &[
     "growth",
     "removal",
     "mixture",
+    "groups",
+    "between",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {

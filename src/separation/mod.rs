@@ -34,7 +34,7 @@ pub(crate) use branches::{branch, branch_slack, branches};
 pub(crate) use outermost::farthest;
 pub(crate) use planar::planar_separation;
 pub(crate) use surface::Surface;
-pub(crate) use surface::reach_of_place;
+pub(crate) use surface::{reach_across, reach_of_place};
 
 /// The distance of a point from a custom shape's surface, both in the body's axes, negative inside; and the outward
 /// normal of the point nearest to it.

@@ -219,6 +219,23 @@ pub(crate) fn reach_of_place(body: &Placed, place: u32, normal: DVec3) -> f64 {
     }
 }
 
+/// How far the place of a body reaches from its centre along `force`, times it, for a force across the normal. A ring
+/// that lies flat touches at places about its axis, and counts as touching in its middle.
+pub(crate) fn reach_across(body: &Placed, place: u32, normal: DVec3, force: DVec3) -> f64 {
+    match Family::of(body) {
+        Family::Segment(Segment { axis, half }, _) => {
+            let end = if place == 0 { -half } else { half };
+            end * axis.dot(force)
+        }
+        Family::Circle(circle, _) => {
+            let outwards = normal - circle.axis * circle.axis.dot(normal);
+            circle.radius * outwards.normalize_or_zero().dot(force)
+        }
+        Family::Ellipsoid(support) => support.value_and_point(normal).1.dot(force),
+        Family::Convex(posed) => posed.value_and_point(normal).1.dot(force),
+    }
+}
+
 /// The gap of a point at the offset `from` from the centre inside `radius`, and the outward direction.
 #[inline]
 fn out_of(from: DVec3, radius: f64, otherwise: impl Fn() -> DVec3) -> (f64, DVec3) {

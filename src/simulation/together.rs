@@ -79,10 +79,11 @@ impl Together {
         self.processes.broadcast(&[END]);
     }
 
-    /// Whether steps of a scene can be distributed: the solver must support it, and saved LCPs need all rows.
+    /// Whether steps of a scene can be distributed: the solver must support it, saved LCPs need all rows, and so does
+    /// friction.
     fn shares(&self, scene: &Scene) -> bool {
         let supported = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
-        supported && scene.solver.dump.is_none() && shares(&scene.model(), self.processes)
+        supported && scene.solver.dump.is_none() && scene.friction().is_none() && shares(&scene.model(), self.processes)
     }
 
     /// The backend of this process; `local` is its part of the state, if the state is distributed.

@@ -33,7 +33,7 @@ fn most_tightenings(model: &Model) -> u32 {
 }
 
 /// What a step is to do.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Plan {
     /// The scene's, with the cutoff that it leaves out.
     pub contact: ContactSettings,
@@ -66,7 +66,7 @@ impl Plan {
     /// Of steps of bodies that have this cutoff.
     pub fn new(model: &Model, cutoff: f64) -> Plan {
         Plan {
-            contact: ContactSettings { cutoff: Some(cutoff), ..model.contact },
+            contact: ContactSettings { cutoff: Some(cutoff), ..model.contact.clone() },
             tolerance: model.lcp.tolerance,
             stepping: model.time.stepping,
             on_no_room: model.cells.as_ref().filter(|_| model.confined).map(Cells::on_no_room),

@@ -50,5 +50,5 @@ pub use state::{State, Unrounded, UnroundedBody};
 #[cfg(feature = "gpu")]
 pub(crate) use two_sided::GAP;
 pub(crate) use two_sided::TORN;
-pub use two_sided::{Effect, Guard, Loosened, TwoSided};
+pub use two_sided::{Effect, FrictionReport, Guard, Loosened, TwoSided};
 pub use unresolved::{Unresolved, Wedge};

@@ -1,6 +1,7 @@
 //! What steps are computed with.
 
 use super::{ContactSettings, Time};
+use crate::constraint::friction::Coefficients;
 use crate::dynamics::{Bonds, Cells, Dynamics, Force, Heat, Strain, Stream};
 use crate::fixed::Fixed;
 use crate::lcp::{Settings, SolverKind};
@@ -43,6 +44,8 @@ pub struct Model {
     pub cells: Option<Cells>,
     /// How contacts are resolved; `recursion` is not `Auto`.
     pub contact: ContactSettings,
+    /// The friction of contacts.
+    pub friction: Coefficients,
     /// The LCP solver.
     pub solver: SolverKind,
     /// When it stops.

@@ -50,6 +50,7 @@ step_phases!(phases);
 /// once: the report, how pieces join, `steps.csv`, a run's totals, the report in Python and its stub.
 ///
 /// * `sum`: of all pieces. `most`: the largest one's. `last`: the last piece's. `first`: the first one's that there is.
+///   `total`: the sum of those that there are.
 /// * `own`: no figure of a piece; what takes the step says it. `solves`: as [`StepReport::join_solves`] says.
 ///
 /// In braces, in this order:
@@ -146,6 +147,12 @@ macro_rules! step_figures {
             contact_energy: f64 = 0.0, sum, { column(Option<f64> = "") largest(largest_contact_energy) };
             /// The largest angle by which contact turned a body of revolution about its own axis.
             axial_spin: f64 = 0.0, sum, { column(Option<f64> = "") largest(largest_axial_spin) };
+            /// Contacts that push and slide, so that their friction is at its limit; none in a scene without friction.
+            sliding: Option<usize> = None, last, { column(Option<usize> = "") };
+            /// Contacts with friction that push and stick.
+            sticking: Option<usize> = None, last, { column(Option<usize> = "") };
+            /// The energy that friction took, with what the springs of stick took up.
+            friction_work: Option<f64> = None, total, { column(Option<f64> = "") };
         }
     };
 }
@@ -196,6 +203,12 @@ macro_rules! join {
     (first, $of_step:expr, $of_piece:expr) => {
         $of_step = $of_step.or($of_piece)
     };
+    (total, $of_step:expr, $of_piece:expr) => {
+        $of_step = match ($of_step, $of_piece) {
+            (Some(of_step), Some(of_piece)) => Some(of_step + of_piece),
+            (of_step, of_piece) => of_step.or(of_piece),
+        }
+    };
     (own, $of_step:expr, $of_piece:expr) => {};
     (solves, $of_step:expr, $of_piece:expr) => {};
 }
@@ -218,6 +231,9 @@ impl StepReport {
         (self.largest_move, self.moved) = (effect.largest_move, effect.moved);
         self.largest_push_gap = effect.push_gap;
         (self.contact_energy, self.axial_spin) = (effect.energy, effect.axial_spin);
+        self.sliding = effect.friction.map(|friction| friction.sliding);
+        self.sticking = effect.friction.map(|friction| friction.sticking);
+        self.friction_work = effect.friction.map(|friction| friction.work);
     }
 
     /// Adds how far bodies were moved to part them.

@@ -53,7 +53,7 @@ pub(super) fn take_again(
     keep: &mut Keep,
     mut failed: Option<Result<Attempt, Fault>>,
 ) -> Result<(StepReport, Overlap), Fault> {
-    let mut plan = *plan;
+    let mut plan = plan.clone();
     let (mut report, mut overlap, mut by_cpu) = (StepReport::default(), Overlap::default(), false);
     backend.take_again(&mut |again, by| {
         by_cpu = by == Failed::OnDevice;
@@ -187,7 +187,7 @@ impl Taking<'_> {
     /// Each round starts from the best trial of the last one, with rows made there.
     fn parted(&mut self, again: &mut dyn RetryBackend, at: f64) -> Result<Option<Overlap>, Fault> {
         let before = again.state()?.clone();
-        let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..*self.plan };
+        let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..self.plan.clone() };
         again.part(true);
         let (mut left, mut moves) = (None, StepReport::default());
         for _ in 0..MOST_ROUNDS_OF_PARTING {
@@ -221,7 +221,7 @@ impl Taking<'_> {
         again.prepare(piece, &self.waiting);
         // Waiting cells do not press others, so cells in line need no random disturbance.
         let most_tilts = if matches!(self.waiting, Waiting::None) { self.plan.most_tilts } else { 0 };
-        attempt(again, &Plan { most_tilts, ..*self.plan }, self.keep)
+        attempt(again, &Plan { most_tilts, ..self.plan.clone() }, self.keep)
     }
 
     pub(super) fn count_failure(&mut self, failed: &Result<Attempt, Fault>) {
@@ -439,7 +439,7 @@ impl Taking<'_> {
         tried: &mut Attempt,
     ) -> Result<Option<Overlap>, Fault> {
         let before = again.state()?.clone();
-        let plan = Plan { keeps_least_bad: true, ..*self.plan };
+        let plan = Plan { keeps_least_bad: true, ..self.plan.clone() };
         again.prepare(piece, &self.waiting);
         *tried = attempt(again, &plan, self.keep)?;
         self.report.add_cost(&tried.report);

@@ -1,6 +1,7 @@
 //! How steps are taken: their size and scheme, which rows are made, and how well contacts are resolved.
 
 use crate::constraint::RowSource;
+use crate::constraint::friction::Friction;
 use crate::shape::Shape;
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
@@ -82,8 +83,8 @@ pub enum Stepping {
     Midpoint,
 }
 
-/// How contacts are resolved, and their tolerances.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How contacts are resolved, their tolerances, and their friction.
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default), schemars(rename = "Contact"))]
 #[non_exhaustive]
@@ -112,6 +113,16 @@ pub struct ContactSettings {
     /// length. Without it: a tenth of the thinnest body's thickness.
     #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(skip_serializing_if = "Option::is_none"))]
     pub cutoff: Option<f64>,
+    /// Coulomb friction: a coefficient for all contacts, or an object with `bodies`, `walls` and `groups`. Without it:
+    /// none. Static and sliding friction have the same coefficient.
+    #[cfg_attr(feature = "files", serde(with = "crate::constraint::friction::number_or_object"))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Friction::is_none"))]
+    #[cfg_attr(feature = "files", schemars(with = "crate::constraint::friction::number_or_object::FrictionSchema"))]
+    pub friction: Friction,
+    /// How far a mean contact with friction slips elastically before it slides, a length; 0 for rigid stick, with which
+    /// piles may collapse. Without it: 100 times `solver.tolerance`.
+    #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(skip_serializing_if = "Option::is_none"))]
+    pub elastic_slip: Option<f64>,
 }
 
 impl Default for ContactSettings {
@@ -125,6 +136,8 @@ impl Default for ContactSettings {
             rows: Rows::default(),
             on_failure: OnFailure::default(),
             cutoff: None,
+            friction: Friction::default(),
+            elastic_slip: None,
         }
     }
 }

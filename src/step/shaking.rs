@@ -68,7 +68,7 @@ impl Taking<'_> {
         }
         for draw in 0..MOST_DISTURBANCES {
             again.prepare(piece, &self.waiting);
-            let plan = Plan { disturbed: Some(draw), ..*self.plan };
+            let plan = Plan { disturbed: Some(draw), ..self.plan.clone() };
             match attempt(again, &plan, self.keep) {
                 Ok(tried) if tried.holds(self.plan) => return self.accept(again, tried).map(Some),
                 other => self.count_failure(&other),
@@ -100,7 +100,7 @@ impl Taking<'_> {
 
     /// Moves bodies by a draw where a piece begins, in no time. Returns whether they could be moved.
     fn shake(&mut self, again: &mut dyn RetryBackend, piece: Piece, shake: Shake) -> Result<bool, Fault> {
-        let plan = Plan { stepping: Stepping::Euler, ..*self.plan };
+        let plan = Plan { stepping: Stepping::Euler, ..self.plan.clone() };
         again.part(true);
         again.shake(Some(shake));
         again.prepare(Piece { start: piece.span * piece.start, ..Piece::WHOLE }, &Waiting::All);

@@ -68,8 +68,22 @@ pub struct Effect {
     pub energy: f64,
     /// See [`Effect::energy`].
     pub energy_allowed: f64,
-    /// The largest angle by which contact turns a body of revolution about its own axis.
+    /// The largest angle by which contact turns a body of revolution about its own axis; zero in a step with friction.
     pub axial_spin: f64,
+    /// What friction does; none in a step without.
+    pub friction: Option<FrictionReport>,
+}
+
+/// What friction does in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrictionReport {
+    /// Contacts that push and slide: their friction is at its limit.
+    pub sliding: usize,
+    /// Contacts that push and stick.
+    pub sticking: usize,
+    /// The energy that friction takes, `sum of -f . s` over all contacts with the slips `s`; with what the springs of
+    /// stick take up.
+    pub work: f64,
 }
 
 /// The largest angle by which contact may turn a body of revolution about its own axis: rounding gives some 1e-15 in 64

@@ -69,6 +69,8 @@ pub struct Walls {
     surfaces: Vec<Surface>,
     /// The place of each one's wall in the scene's list.
     wall: Vec<usize>,
+    /// Its own coefficient of friction.
+    friction: Vec<Option<f64>>,
     /// The surfaces that move.
     moving: Vec<Moving>,
 }
@@ -95,6 +97,7 @@ impl Walls {
                 walls.moving.extend(walls.surfaces[first..].iter().enumerate().map(moving));
             }
             walls.wall.resize(walls.surfaces.len(), index);
+            walls.friction.resize(walls.surfaces.len(), wall.friction());
         }
         walls
     }
@@ -104,7 +107,7 @@ impl Walls {
     /// ```
     /// use relcp::walls::{Wall, WallMotion, Walls};
     /// let motion = Some(WallMotion::new([0.5, 0.0, 0.0]));
-    /// let piston = Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: 0.0, motion };
+    /// let piston = Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: 0.0, motion, friction: None };
     /// let walls = Walls::new(&[piston], false);
     /// assert!(walls.move_in_time() && walls.at(0.0) == walls && walls.at(2.0) != walls);
     /// ```
@@ -116,6 +119,27 @@ impl Walls {
             }
         }
         walls
+    }
+
+    /// The velocity of the place `point` of a surface over the time `from` to `to`, at whose end it is there.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use relcp::walls::{Wall, WallMotion, Walls};
+    /// let motion = Some(WallMotion::new([0.5, 0.0, 0.0]));
+    /// let belt = Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion, friction: None };
+    /// let velocity = Walls::new(&[belt], false).velocity(0, DVec3::ZERO, [1.0, 1.5]);
+    /// assert!(velocity.abs_diff_eq(DVec3::new(0.5, 0.0, 0.0), 1e-15));
+    /// ```
+    pub fn velocity(&self, surface: usize, point: DVec3, [from, to]: [f64; 2]) -> DVec3 {
+        let Some(moving) = self.moving.iter().find(|moving| moving.at == surface) else { return DVec3::ZERO };
+        let (Some(before), Some(after)) = (moving.wall.moved(from), moving.wall.moved(to)) else { return DVec3::ZERO };
+        (point - before.point(after.back(point))) / (to - from)
+    }
+
+    /// The own coefficient of friction of the wall of each surface, where it has one.
+    pub fn frictions(&self) -> &[Option<f64>] {
+        &self.friction
     }
 
     /// Whether any of them has a motion.
@@ -138,7 +162,7 @@ impl Walls {
     /// ```
     /// use relcp::periodic::Periods;
     /// use relcp::walls::{Wall, Walls};
-    /// let channel = Wall::Channel { center: [0.0; 3], normal: [0.0, 1.0, 0.0], width: 2.0, motion: None };
+    /// let channel = Wall::Channel { center: [0.0; 3], normal: [0.0, 1.0, 0.0], width: 2.0, motion: None, friction: None };
     /// let walls = Walls::new(&[channel], true);
     /// assert!(!walls.are_closed(&Periods::default(), true));
     /// assert!(walls.are_closed(&Periods::new([Some(9.0), None, None]), true));

@@ -20,6 +20,10 @@ pub enum Wall {
         /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
+        /// Its coefficient of friction. Without it: that of `contact.friction` for walls.
+        #[cfg_attr(feature = "files", schemars(range(min = 0, max = 10)))]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        friction: Option<f64>,
     },
     /// Two parallel planes with the bodies between them.
     Channel {
@@ -33,6 +37,10 @@ pub enum Wall {
         /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
+        /// Its coefficient of friction. Without it: that of `contact.friction` for walls.
+        #[cfg_attr(feature = "files", schemars(range(min = 0, max = 10)))]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        friction: Option<f64>,
     },
     /// A box along the axes of space, with the bodies inside.
     Box {
@@ -43,6 +51,10 @@ pub enum Wall {
         /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
+        /// Its coefficient of friction. Without it: that of `contact.friction` for walls.
+        #[cfg_attr(feature = "files", schemars(range(min = 0, max = 10)))]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        friction: Option<f64>,
     },
     /// A sphere, with the bodies inside.
     Sphere {
@@ -54,6 +66,10 @@ pub enum Wall {
         /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
+        /// Its coefficient of friction. Without it: that of `contact.friction` for walls.
+        #[cfg_attr(feature = "files", schemars(range(min = 0, max = 10)))]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        friction: Option<f64>,
     },
     /// A cylinder, with the bodies inside.
     Cylinder {
@@ -71,6 +87,10 @@ pub enum Wall {
         /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
+        /// Its coefficient of friction. Without it: that of `contact.friction` for walls.
+        #[cfg_attr(feature = "files", schemars(range(min = 0, max = 10)))]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        friction: Option<f64>,
     },
 }
 
@@ -99,6 +119,17 @@ impl Wall {
             | Wall::Box { motion, .. }
             | Wall::Sphere { motion, .. }
             | Wall::Cylinder { motion, .. } => motion.as_ref(),
+        }
+    }
+
+    /// Its own coefficient of friction, where it has one.
+    pub fn friction(&self) -> Option<f64> {
+        match *self {
+            Wall::HalfSpace { friction, .. }
+            | Wall::Channel { friction, .. }
+            | Wall::Box { friction, .. }
+            | Wall::Sphere { friction, .. }
+            | Wall::Cylinder { friction, .. } => friction,
         }
     }
 

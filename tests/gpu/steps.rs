@@ -424,7 +424,7 @@ fn bodies_that_parted_do_not_go_on_pushing_each_other() {
         let bodies = scene.build().unwrap();
         let start = bodies.position[1];
         // Within the solver's tolerance in one step.
-        let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X }];
+        let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X, tangent: DVec3::ZERO }];
         let state = State { step: 0, next_id: 2, bodies, warm, ..State::default() };
         let mut simulation =
             Simulation::builder(scene.clone()).on(&compute(gpu, precision)).resume(state).build().unwrap();

@@ -128,7 +128,7 @@ fn pressure_is_force_times_lever_over_volume() {
     {
         bodies.push(Placed { shape, position, orientation }, NO_GROUP);
     }
-    let warm = |pair: [u32; 2], gamma: f64| Warm { pair, feature: 0, gamma, normal: DVec3::ZERO };
+    let warm = |pair: [u32; 2], gamma: f64| Warm { pair, feature: 0, gamma, normal: DVec3::ZERO, tangent: DVec3::ZERO };
     let area = 2.0 * 0.5 + PI * 0.0625;
     let planar = pressures(&bodies, &[warm([0, 1], 3.0)], true);
     let expected = 3.0 * 0.25 / (2.0 * area);

@@ -124,7 +124,7 @@ fn bodies_that_parted_do_not_go_on_pushing_each_other() {
         let bodies = scene.build().unwrap();
         let start = bodies.position[1];
         // It moves each by 2e-7 in a step, which a solver may do within its tolerance; in a hundred that would be 2e-5.
-        let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X }];
+        let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X, tangent: DVec3::ZERO }];
         let mut simulation = Simulation::builder(scene)
             .resume(State { step: 0, next_id: 2, bodies, warm, ..State::default() })
             .build()

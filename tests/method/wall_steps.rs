@@ -53,7 +53,7 @@ fn sub_spheres_stay_inside_too() {
 
 /// How far a sub-sphere reaches out of the box of [`sub_spheres_in_a_box`].
 fn past_of_sub_spheres(bodies: &relcp::bodies::Bodies) -> f64 {
-    let room = Wall::Box { minimum: [-1.8; 3], maximum: [1.8, 1.8, 8.0], motion: None };
+    let room = Wall::Box { minimum: [-1.8; 3], maximum: [1.8, 1.8, 8.0], motion: None, friction: None };
     let of_body = |i: usize| {
         let proxy = bodies.shape[i].proxy(5).unwrap();
         let sphere = |s: &relcp::shape::ProxySphere| {

@@ -161,7 +161,13 @@ fn a_lattice_without_a_boundary_has_its_stress() {
             next[axis] = (next[axis] + 1) % 3;
             let other = next[0] + 3 * next[1] + 9 * next[2];
             let pair = [k.min(other), k.max(other)];
-            warm.push(Warm { pair, feature: 0, gamma: [2.0, 3.0, 4.0][axis], normal: DVec3::ZERO });
+            warm.push(Warm {
+                pair,
+                feature: 0,
+                gamma: [2.0, 3.0, 4.0][axis],
+                normal: DVec3::ZERO,
+                tangent: DVec3::ZERO,
+            });
         }
     }
     warm.sort_by_key(|warm| warm.pair);

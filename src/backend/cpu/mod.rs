@@ -12,6 +12,7 @@ mod again;
 #[cfg(feature = "mpi")]
 pub(crate) mod domain;
 pub(super) mod first;
+mod friction;
 mod keeper;
 mod motions;
 mod narrow_phase;
@@ -38,13 +39,14 @@ use crate::step::{Fault, Model, Passed, Phases, Piece, State, passed};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use first::First;
+use friction::{Making, Stick};
 use glam::DVec3;
 use motions::Motions;
 use narrow_phase::Separate;
 use near::Stages;
 use pairs::Pairs;
 use rayon::prelude::*;
-use row_set::RowSet;
+use row_set::{Contact, RowSet};
 use setup::Setup;
 use solve::Solve;
 use start::Start;
@@ -68,6 +70,7 @@ pub struct Cpu<const D: usize, T: Team = Alone> {
     motions: Motions,
     first: First,
     pairs: Pairs,
+    stick: Option<Stick>,
     rows: RowSet<D>,
     solve: Solve<D, T::Portion<D>>,
     trial: Trial<D>,
@@ -107,6 +110,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             motions: Motions::default(),
             first: First::default(),
             pairs: Pairs::default(),
+            stick: None,
             rows: RowSet::new(),
             solve: Solve::new(model),
             trial: Trial::default(),
@@ -148,12 +152,13 @@ impl<const D: usize, T: Team> Cpu<D, T> {
 
     /// Begins a piece of a step with this process's bodies.
     fn begin_with(&mut self, taken: (Piece, Waiting)) -> Result<(), Fault> {
-        let Cpu { setup, state, start, pairs, solve, team, .. } = self;
+        let Cpu { setup, state, start, pairs, stick, solve, team, .. } = self;
         team.begin(setup, start, state, taken);
         start.grow(setup);
         let LocalProblem { places, portion, warm } = team.distribute(setup, start, state);
         start.settle(setup)?;
         pairs.remember(&warm);
+        *stick = Stick::of(setup, start, &warm);
         solve.begin(places, portion);
         Ok(())
     }
@@ -199,8 +204,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     fn append_first(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         self.check_periods()?;
-        let Cpu { setup, start, motions, first, pairs, rows, candidates, team, phases, .. } = self;
-        rows.clear(start.bodies.len(), setup.walls.len());
+        let Cpu { setup, start, motions, first, pairs, stick, rows, candidates, team, phases, .. } = self;
+        rows.clear(start.bodies.len(), setup.walls.len(), stick.is_some());
         let margin = |i: usize| 0.5 * setup.cutoff + motions.reach[i].either;
         let boxes = boxes(&start.bodies_at_loads().shape, |i| first.pose(i), margin);
         let candidates = team.candidates(candidates, &boxes)?;
@@ -208,14 +213,15 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let begun = Instant::now();
         pairs.recall();
         let stages = Stages { setup, start, motions };
-        let (near, gamma) = match setup.source {
+        let (near, recalled) = match setup.source {
             RowSource::Surfaces => stages.of_surfaces((candidates, Self::SEPARATE, D == PLANAR), first, pairs),
             RowSource::SubSpheres { .. } => stages.of_sub_spheres(candidates, first, pairs),
         };
         first.overlap = team.max(first.overlap);
-        for (near, gamma) in near.iter().zip(gamma) {
+        let making = Making { setup, start, motions, stick: *stick };
+        for (near, recalled) in near.iter().zip(recalled) {
             let near = stages.at_end_lengths(*near);
-            rows.append(&near, motions.row(start, &near, &first.reached), gamma);
+            rows.append_first(&near, &making.contact(&near, &first.reached, recalled.tangent), recalled.gamma);
         }
         if start.middle.is_some() {
             start.make_proxies(setup)?;
@@ -226,12 +232,13 @@ impl<const D: usize, T: Team> Cpu<D, T> {
 
     /// Answers all violations: the first row of a contact is tightened where it can be, others are appended.
     fn answer_violations(&mut self, tightens: bool) {
-        let Cpu { setup, start, motions, pairs, rows, trial, phases, .. } = self;
+        let Cpu { setup, start, motions, pairs, stick, rows, trial, phases, .. } = self;
+        let making = Making { setup, start, motions, stick: *stick };
         timed(&mut phases.narrow_phase, || {
             for near in trial.violations(setup, start) {
-                let row: ([[f64; D]; 2], f64) = motions.row(start, &near, &trial.twist);
-                if !(tightens && rows.tighten(&near, pairs, &row.0, &trial.scaled)) {
-                    rows.append(&near, row, 0.0);
+                let contact: Contact<D> = making.contact(&near, &trial.twist, DVec3::ZERO);
+                if !(tightens && rows.tighten(&near, pairs, &contact.normal.0, &trial.scaled)) {
+                    rows.append(&near, &contact, 0.0);
                 }
             }
         });

@@ -6,7 +6,7 @@ use super::narrow_phase::Near;
 use super::setup::Setup;
 use super::start::Start;
 use super::team::Trouble;
-use crate::constraint::{self, FIXED, Mover};
+use crate::constraint::{self, FIXED, Mover, Row};
 use crate::dynamics::{ForceField, Load, Motion, Twist};
 use crate::step::Rows;
 use crate::walls::surface_of;
@@ -84,18 +84,23 @@ impl Motions {
         }
     }
 
-    /// The blocks and the offset of the row of `near`, which was found where the velocities `reached` lead in the
+    /// The blocks and the offset of the normal row of `near`, which was found where the velocities `reached` lead in the
     /// present part.
-    pub(super) fn row<const D: usize>(&self, start: &Start, near: &Near, reached: &[Twist]) -> ([[f64; D]; 2], f64) {
-        let mover = |number: u32| match surface_of(number) {
+    pub(super) fn row<const D: usize>(&self, start: &Start, near: &Near, reached: &[Twist]) -> Row<D> {
+        let movers = near.pair.map(|number| self.mover(start, number, reached));
+        constraint::row(&near.found, movers, start.interval)
+    }
+
+    /// A body's or a wall's part in the rows of a contact.
+    pub(super) fn mover(&self, start: &Start, number: u32, reached: &[Twist]) -> Mover<'_> {
+        match surface_of(number) {
             Some(_) => FIXED,
             None => {
                 let body = number as usize;
                 let axis = start.axis_of_revolution(body);
                 Mover { motion: &self.motion[body], reached_with: reached[body], axis }
             }
-        };
-        constraint::row(&near.found, near.pair.map(mover), start.interval)
+        }
     }
 
     /// The first body that reaches, or moves freely in this step, too far for the shortest period, so that other images

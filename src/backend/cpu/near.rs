@@ -3,7 +3,7 @@
 use super::first::First;
 use super::motions::Motions;
 use super::narrow_phase::{self, Near, Separate};
-use super::pairs::Pairs;
+use super::pairs::{Pairs, Recalled};
 use super::setup::Setup;
 use super::start::Start;
 use super::walls;
@@ -34,7 +34,7 @@ impl Stages<'_> {
         (candidates, separate, planar): (&[[u32; 2]], Separate, bool),
         first: &mut First,
         pairs: &mut Pairs,
-    ) -> (Vec<Near>, Vec<f64>) {
+    ) -> (Vec<Near>, Vec<Recalled>) {
         let Stages { setup, start, motions, .. } = self;
         let limit = |a: usize, b: usize| motions.limit(setup, start, a, b);
         let placed = |a: usize, b: usize| first.pair(start, a, b);
@@ -69,9 +69,9 @@ impl Stages<'_> {
             first.aim_at_end(setup, start, &mut rows);
         }
         join(&mut rows, walls);
-        let gamma = pairs.multipliers(&rows);
+        let recalled = pairs.multipliers(&rows);
         pairs.keep(&found, &rows);
-        (rows, gamma)
+        (rows, recalled)
     }
 
     /// The branches of near pairs (sorted) that may become active in the step, and those that ended the last one with a
@@ -83,7 +83,7 @@ impl Stages<'_> {
             let [of_a, of_b] = first.pair(start, a, b);
             let [last_a, last_b] = [a, b].map(|i| start.bodies.twist(i));
             let turned = start.interval * (last_b.angular - last_a.angular);
-            let slid = start.interval * (last_b.linear - last_a.linear + start.image_velocity(setup, a, b)).length();
+            let slid = start.interval * (last_b.linear - last_a.linear + start.sheared_velocity(setup, a, b)).length();
             let slack = branch_slack(&of_a, &of_b, &near.found, (turned, slid), planar);
             let most = near.found.separation + slack;
             let recalled = pairs.recalled(pairs.get(near.pair));
@@ -106,7 +106,12 @@ impl Stages<'_> {
     }
 
     /// The rows of all near pairs of sub-spheres, likewise.
-    pub(super) fn of_sub_spheres(self, candidates: &[[u32; 2]], first: &First, pairs: &Pairs) -> (Vec<Near>, Vec<f64>) {
+    pub(super) fn of_sub_spheres(
+        self,
+        candidates: &[[u32; 2]],
+        first: &First,
+        pairs: &Pairs,
+    ) -> (Vec<Near>, Vec<Recalled>) {
         let Stages { setup, start, motions, .. } = self;
         let reach =
             |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either };
@@ -129,13 +134,15 @@ impl Stages<'_> {
             walls::turn_sub_spheres_to(middle, &start.proxies, &mut walls, placed);
         }
         join(&mut rows, walls);
-        let mut gamma = Vec::with_capacity(rows.len());
+        let mut all = Vec::with_capacity(rows.len());
         for of_pair in rows.chunk_by(|near, next| near.pair == next.pair) {
             let recalled = pairs.recalled(pairs.get(of_pair[0].pair));
             let of_row = |near: &Near| recalled.binary_search_by_key(&near.feature, |w| w.feature);
-            gamma.extend(of_pair.iter().map(|near| of_row(near).map_or(0.0, |at| recalled[at].gamma)));
+            all.extend(
+                of_pair.iter().map(|near| of_row(near).map_or_else(|_| Recalled::default(), |at| recalled[at].into())),
+            );
         }
-        (rows, gamma)
+        (rows, all)
     }
 
     /// A first row's separation with the lengths at the end of the step, where those in its middle are others.

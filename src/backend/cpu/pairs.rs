@@ -32,6 +32,21 @@ impl Record {
     }
 }
 
+/// What a contact ended the last step with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Recalled {
+    /// The multiplier of its normal rows.
+    pub gamma: f64,
+    /// Its friction force on the second body.
+    pub tangent: DVec3,
+}
+
+impl From<Warm> for Recalled {
+    fn from(warm: Warm) -> Recalled {
+        Recalled { gamma: warm.gamma, tangent: warm.tangent }
+    }
+}
+
 /// The records of all pairs, sorted by pair.
 #[derive(Default)]
 pub struct Pairs {
@@ -105,10 +120,10 @@ impl Pairs {
         record.map_or(&[], |record| &self.warm[record.recalled[0] as usize..record.recalled[1] as usize])
     }
 
-    /// The multipliers that first rows (sorted by pair and feature) start from: those that their branches ended the
+    /// What first contacts (sorted by pair and feature) start from: those that their branches ended the
     /// last step with. What a branch without a row ended with goes to the pair's nearest one.
-    pub fn multipliers(&self, rows: &[Near]) -> Vec<f64> {
-        let mut gamma = vec![0.0; rows.len()];
+    pub fn multipliers(&self, rows: &[Near]) -> Vec<Recalled> {
+        let mut all = vec![Recalled::default(); rows.len()];
         let mut cursor = Cursor { rest: &self.records };
         let mut first = 0;
         for of_pair in rows.chunk_by(|near, next| near.pair == next.pair) {
@@ -119,12 +134,13 @@ impl Pairs {
             for w in self.recalled(cursor.find(pair)) {
                 let own = of_pair.iter().position(|near| near.feature == w.feature);
                 if let Some(row) = own.or((!wall).then_some(nearest)) {
-                    gamma[first + row] += w.gamma;
+                    all[first + row].gamma += w.gamma;
+                    all[first + row].tangent += w.tangent;
                 }
             }
             first += of_pair.len();
         }
-        gamma
+        all
     }
 
     /// Copies the normals to the same pairs in `warm` (sorted).

@@ -2,14 +2,37 @@
 
 use super::narrow_phase::Near;
 use super::pairs::Pairs;
-use crate::constraint;
-use crate::lcp::Problem;
+use crate::constraint::{self, Row, friction::Sliding};
+use crate::lcp::{Cone, Problem};
 use crate::walls::{in_rows, of_rows};
 use crate::warm::Warm;
 use glam::DVec3;
 
-/// A row that replaces all rows of its branch, with its blocks, offset and multiplier.
-pub(super) type NewRow<const D: usize> = (Near, ([[f64; D]; 2], f64), f64);
+/// The rows of a contact: its normal row, and where it has friction its tangent rows.
+#[derive(Clone, Copy)]
+pub(super) struct Contact<const D: usize> {
+    pub(super) normal: Row<D>,
+    pub(super) sliding: Option<Sliding<D>>,
+}
+
+/// A contact that replaces all those of its branch, with the multiplier of its normal row.
+pub(super) type NewContact<const D: usize> = (Near, Contact<D>, f64);
+
+/// The rows of a contact with friction.
+pub(super) struct FrictionCone {
+    pub(super) normal: usize,
+    pub(super) tangents: std::ops::Range<usize>,
+    pub(super) mu: f64,
+}
+
+/// What friction needs of each row.
+#[derive(Clone, Copy, Default)]
+struct Acting {
+    /// The tangent of a tangent row.
+    tangent: DVec3,
+    /// The multiplier that its contact ended the last step with.
+    held: f64,
+}
 
 /// A branch that pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,35 +56,137 @@ pub(super) struct RowSet<const D: usize> {
     changed: bool,
     /// Bodies of the step: in pairs of rows the surfaces of walls come after them.
     bodies: usize,
+    /// Whether contacts may have friction. Without it the following lists are empty.
+    frictional: bool,
+    acting: Vec<Acting>,
+    /// The normal rows of the first contacts.
+    first: Vec<u32>,
 }
 
 impl<const D: usize> RowSet<D> {
     pub(super) fn new() -> Self {
-        RowSet { problem: Problem::default(), feature: Vec::new(), gamma: Vec::new(), changed: true, bodies: 0 }
+        RowSet {
+            problem: Problem::default(),
+            feature: Vec::new(),
+            gamma: Vec::new(),
+            changed: true,
+            bodies: 0,
+            frictional: false,
+            acting: Vec::new(),
+            first: Vec::new(),
+        }
     }
 
-    pub(super) fn clear(&mut self, bodies: usize, surfaces: usize) {
+    pub(super) fn clear(&mut self, bodies: usize, surfaces: usize, frictional: bool) {
         constraint::clear(&mut self.problem, bodies + surfaces);
-        self.bodies = bodies;
+        (self.bodies, self.frictional) = (bodies, frictional);
         self.feature.clear();
         self.gamma.clear();
+        self.acting.clear();
+        self.first.clear();
         self.changed = true;
     }
 
-    /// Appends the row of `near` with multiplier `gamma`.
-    pub(super) fn append(&mut self, near: &Near, row: ([[f64; D]; 2], f64), gamma: f64) {
+    /// Appends a first contact, as [`RowSet::append`].
+    pub(super) fn append_first(&mut self, near: &Near, contact: &Contact<D>, gamma: f64) {
+        if self.frictional {
+            self.first.push(self.gamma.len() as u32);
+        }
+        self.append(near, contact, gamma);
+    }
+
+    /// Appends the rows of `near` with the multiplier `gamma` of the normal row.
+    pub(super) fn append(&mut self, near: &Near, contact: &Contact<D>, gamma: f64) {
         let pair = near.pair.map(|number| in_rows(number, self.bodies));
+        let mu = contact.sliding.map(|sliding| sliding.mu);
+        self.push_row((pair, near.feature), contact.normal, gamma);
+        if self.frictional {
+            self.push_cone(mu.map_or(Cone::Ray, Cone::Friction), 0.0, Acting::default());
+        }
+        if let Some(sliding) = &contact.sliding {
+            for tangent in sliding.tangents() {
+                self.push_row((pair, near.feature), tangent.row, tangent.held);
+                let acting = Acting { tangent: tangent.direction, held: tangent.held };
+                self.push_cone(Cone::Tangent, sliding.compliance, acting);
+            }
+        }
+    }
+
+    fn push_row(&mut self, (pair, feature): ([u32; 2], u32), row: Row<D>, gamma: f64) {
         constraint::append(&mut self.problem, pair, row);
         self.changed = true;
-        self.feature.push(near.feature);
+        self.feature.push(feature);
         self.gamma.push(gamma);
+    }
+
+    fn push_cone(&mut self, cone: Cone, compliance: f64, acting: Acting) {
+        self.problem.cones.push(cone);
+        self.problem.compliance.push(compliance);
+        self.acting.push(acting);
+    }
+
+    /// Whether a row is a tangent row.
+    fn is_tangent(&self, row: usize) -> bool {
+        self.problem.cones.get(row) == Some(&Cone::Tangent)
+    }
+
+    /// The normal rows that push, and their multipliers.
+    pub(super) fn pushing_rows(&self) -> impl Iterator<Item = (&[u32; 2], f64)> {
+        let rows = self.problem.pair.iter().zip(&self.gamma).enumerate();
+        rows.filter(|(row, (_, gamma))| **gamma > 0.0 && !self.is_tangent(*row))
+            .map(|(_, (pair, gamma))| (pair, *gamma))
+    }
+
+    /// Whether contacts may have friction.
+    pub(super) fn is_frictional(&self) -> bool {
+        self.frictional
+    }
+
+    /// The contacts with friction.
+    pub(super) fn cones(&self) -> impl Iterator<Item = FrictionCone> {
+        let rows = self.problem.cones.iter().enumerate();
+        rows.filter_map(|(normal, cone)| match *cone {
+            Cone::Friction(mu) => Some(FrictionCone { normal, tangents: self.tangents_of(normal), mu }),
+            _ => None,
+        })
+    }
+
+    /// The multiplier that the contact of a tangent row ended the last step with.
+    pub(super) fn held_at(&self, row: usize) -> f64 {
+        self.acting[row].held
+    }
+
+    /// The rows after `row` that are of its contact.
+    fn tangents_of(&self, row: usize) -> std::ops::Range<usize> {
+        let mut end = row + 1;
+        while self.is_tangent(end) {
+            end += 1;
+        }
+        row + 1..end
+    }
+
+    /// The friction force that a row's contact exerts on its second body.
+    fn friction_force(&self, row: usize) -> DVec3 {
+        self.tangents_of(row).map(|tangent| self.gamma[tangent] * self.acting[tangent].tangent).sum()
+    }
+
+    /// The friction force that a branch ended the last step with, where it has a first contact.
+    pub(super) fn held(&self, pairs: &Pairs, near: &Near) -> DVec3 {
+        let Some(row) = self.first_row(pairs, near).filter(|_| self.frictional) else { return DVec3::ZERO };
+        self.tangents_of(row).map(|tangent| self.acting[tangent].held * self.acting[tangent].tangent).sum()
+    }
+
+    /// The normal row of the first contact of a branch.
+    fn first_row(&self, pairs: &Pairs, near: &Near) -> Option<usize> {
+        let contacts = pairs.get(near.pair).map_or(0..0, |record| record.first_rows());
+        let mut rows = contacts.map(|contact| if self.frictional { self.first[contact] as usize } else { contact });
+        rows.find(|row| self.feature[*row] == near.feature)
     }
 
     /// Moves the offset of the first row of `near`, which overlaps at the trial; `false` where that is not the row of
     /// this overlap.
     pub(super) fn tighten(&mut self, near: &Near, pairs: &Pairs, there: &[[f64; D]; 2], scaled: &[[f64; D]]) -> bool {
-        let first_rows = pairs.get(near.pair).map_or(0..0, |record| record.first_rows());
-        let Some(row) = first_rows.into_iter().find(|row| self.feature[*row] == near.feature) else { return false };
+        let Some(row) = self.first_row(pairs, near) else { return false };
         self.changed = true;
         constraint::tighten(&mut self.problem, row, (near.found.separation, there), scaled)
     }
@@ -77,7 +202,9 @@ impl<const D: usize> RowSet<D> {
         let mut pushing: Vec<Push> = Vec::new();
         let pushes = |row: &u32| {
             let at = *row as usize;
-            self.gamma[at] > 0.0 && asked(self.problem.pair[at].map(|place| of_rows(place, self.bodies)))
+            self.gamma[at] > 0.0
+                && !self.is_tangent(at)
+                && asked(self.problem.pair[at].map(|place| of_rows(place, self.bodies)))
         };
         let mut order: Vec<u32> = (0..self.gamma.len() as u32).filter(pushes).collect();
         let key = |row: &u32| (self.problem.pair[*row as usize], self.feature[*row as usize], *row);
@@ -100,7 +227,7 @@ impl<const D: usize> RowSet<D> {
 
     /// The branches that overlap where nothing pushes, sorted by pair and feature; each moves by its overlap.
     pub(super) fn overlapping(&self) -> Vec<Push> {
-        let rows = (0..self.problem.q.len()).filter(|row| self.problem.q[*row] < 0.0);
+        let rows = (0..self.problem.q.len()).filter(|row| self.problem.q[*row] < 0.0 && !self.is_tangent(*row));
         let push = |row: usize| {
             let pair = self.problem.pair[row].map(|place| of_rows(place, self.bodies));
             Push { pair, feature: self.feature[row], gamma: 0.0, moved: -self.problem.q[row] }
@@ -111,33 +238,46 @@ impl<const D: usize> RowSet<D> {
         overlapping
     }
 
-    /// Replaces all rows of a branch by one, for each branch of `rebuilt` (sorted by pair and feature).
-    pub(super) fn replace_branches(&mut self, rebuilt: Vec<NewRow<D>>) {
+    /// Replaces all contacts of a branch by one, for each branch of `rebuilt` (sorted by pair and feature). The new
+    /// contact stands where the first of them stood.
+    pub(super) fn replace_branches(&mut self, rebuilt: &[NewContact<D>]) {
         let mut done = vec![false; rebuilt.len()];
-        let mut to = 0;
-        for from in 0..self.gamma.len() {
-            let pair = self.problem.pair[from].map(|place| of_rows(place, self.bodies));
-            let key = (pair, self.feature[from]);
+        let old = std::mem::replace(self, RowSet { frictional: self.frictional, bodies: self.bodies, ..RowSet::new() });
+        self.problem.bodies = old.problem.bodies;
+        let mut first = old.first.iter().peekable();
+        for row in (0..old.gamma.len()).filter(|row| !old.is_tangent(*row)) {
+            let is_first = first.next_if_eq(&&(row as u32)).is_some();
+            let pair = old.problem.pair[row].map(|place| of_rows(place, self.bodies));
+            let key = (pair, old.feature[row]);
             let found = rebuilt.binary_search_by_key(&key, |(near, ..)| (near.pair, near.feature)).ok();
-            if found.is_some_and(|found| std::mem::replace(&mut done[found], true)) {
-                continue;
+            let again = found.is_some_and(|found| std::mem::replace(&mut done[found], true));
+            if is_first {
+                self.first.push(self.gamma.len() as u32);
             }
-            self.problem.pair[to] = self.problem.pair[from];
-            self.feature[to] = self.feature[from];
-            let kept = (self.problem.jacobian[from], self.problem.q[from], self.gamma[from]);
-            let (jacobian, q, gamma) = found.map_or(kept, |found| {
-                let (_, (jacobian, q), gamma) = rebuilt[found];
-                (jacobian, q, gamma)
-            });
-            (self.problem.jacobian[to], self.problem.q[to], self.gamma[to]) = (jacobian, q, gamma);
-            to += 1;
+            match found {
+                Some(_) if again => {}
+                Some(found) => {
+                    let (near, contact, gamma) = &rebuilt[found];
+                    self.append(near, contact, *gamma);
+                }
+                None => self.copy_contact(&old, row),
+            }
         }
-        self.problem.pair.truncate(to);
-        self.problem.jacobian.truncate(to);
-        self.problem.q.truncate(to);
-        self.feature.truncate(to);
-        self.gamma.truncate(to);
-        self.changed = true;
+    }
+
+    /// Appends a contact of another set.
+    fn copy_contact(&mut self, from: &RowSet<D>, normal: usize) {
+        for row in std::iter::once(normal).chain(from.tangents_of(normal)) {
+            let problem = &from.problem;
+            self.push_row(
+                (problem.pair[row], from.feature[row]),
+                (problem.jacobian[row], problem.q[row]),
+                from.gamma[row],
+            );
+            if self.frictional {
+                self.push_cone(problem.cones[row], problem.compliance[row], from.acting[row]);
+            }
+        }
     }
 
     /// Combines the flag of changes over all processes.
@@ -164,13 +304,16 @@ impl<const D: usize> RowSet<D> {
             feature: self.feature[row],
             gamma: self.gamma[row],
             normal: DVec3::ZERO,
+            tangent: self.friction_force(row),
         };
-        let mut warm: Vec<Warm> = (0..self.gamma.len()).map(of_row).collect();
+        let rows = (0..self.gamma.len()).filter(|row| !self.is_tangent(*row));
+        let mut warm: Vec<Warm> = rows.map(of_row).collect();
         warm.sort_by_key(|w| (w.pair, w.feature));
         warm.dedup_by(|later, first| {
             let same = (later.pair, later.feature) == (first.pair, first.feature);
             if same {
                 first.gamma += later.gamma;
+                first.tangent += later.tangent;
             }
             same
         });

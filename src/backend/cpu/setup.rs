@@ -4,6 +4,7 @@ use super::first;
 use super::start::Start;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
+use crate::constraint::friction::Coefficients;
 use crate::dynamics::{self, Bonds, Cells, ForceField, Heat, Law, Overdamped, Strain};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
@@ -25,6 +26,7 @@ pub struct Setup {
     pub(super) fixed: Fixed,
     pub(super) source: RowSource,
     pub(super) rows: Rows,
+    pub(super) friction: Coefficients,
     pub(super) seed: u64,
     pub(super) has_inertia: bool,
     pub(super) overlap_tolerance: f64,
@@ -55,6 +57,7 @@ impl Setup {
             fixed: model.fixed.clone(),
             source: model.contact.method.row_source(),
             rows: model.contact.rows_of_method(),
+            friction: model.friction.clone(),
             seed: model.seed,
             has_inertia: model.dynamics.has_inertia(),
             overlap_tolerance: model.contact.overlap_tolerance,

@@ -41,6 +41,8 @@ pub struct Start {
     strained: Option<DVec3>,
     /// Flags of fixed bodies; empty if there are none.
     held: Vec<bool>,
+    /// By how much bodies grow in the present part, in a scene with friction; else empty.
+    pub(super) lengthened: Vec<f64>,
     /// The pressures that slow the growth of this step's bodies; may be empty.
     pub(super) pressures: Vec<f64>,
     /// Flags of bodies that belong to other processes; empty on one process.
@@ -65,6 +67,7 @@ impl Start {
             walls: None,
             strained: None,
             held: Vec::new(),
+            lengthened: Vec::new(),
             pressures: Vec::new(),
             foreign: Vec::new(),
         }
@@ -117,8 +120,16 @@ impl Start {
 
     /// Grows all cells over the first part of the step.
     pub(super) fn grow(&mut self, setup: &Setup) {
+        self.lengthened.clear();
         if let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) {
+            let lengths = |bodies: &Bodies| -> Vec<f64> {
+                bodies.shape.iter().map(|shape| shape.growing_length().unwrap_or_default()).collect()
+            };
+            let before = if setup.friction.is_none() { Vec::new() } else { lengths(&self.bodies) };
             growth.lengthen(&mut self.bodies, self.interval, &self.pressures, &self.waiting);
+            if !before.is_empty() {
+                self.lengthened.extend(lengths(&self.bodies).iter().zip(&before).map(|(now, before)| now - before));
+            }
         }
     }
 
@@ -172,10 +183,21 @@ impl Start {
     }
 
     /// The velocity of the image of `b` nearest to `a`, relative to `b`, in a sheared cell.
-    pub(super) fn image_velocity(&self, setup: &Setup, a: usize, b: usize) -> DVec3 {
+    pub(super) fn sheared_velocity(&self, setup: &Setup, a: usize, b: usize) -> DVec3 {
         let Some(shear) = setup.strain.and_then(|strain| strain.shear()) else { return DVec3::ZERO };
+        shear.velocity(self.image_shift(a, b))
+    }
+
+    /// The same in any cell that changes.
+    pub(super) fn image_velocity(&self, setup: &Setup, a: usize, b: usize) -> DVec3 {
+        let Some(strain) = setup.strain else { return DVec3::ZERO };
+        strain.velocity(self.image_shift(a, b), self.strained.unwrap_or_default())
+    }
+
+    /// From `b` to its image nearest to `a`.
+    fn image_shift(&self, a: usize, b: usize) -> DVec3 {
         let apart = self.bodies.position[b] - self.bodies.position[a];
-        shear.velocity(self.bodies.periods.nearest(apart) - apart)
+        self.bodies.periods.nearest(apart) - apart
     }
 
     /// The walls at the end of the present part, which bodies must not overlap.

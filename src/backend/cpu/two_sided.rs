@@ -2,8 +2,9 @@
 //! drawn near the start. `step/two_sided.rs` describes when and why.
 
 use super::Cpu;
+use super::friction::Making;
 use super::narrow_phase::Near;
-use super::row_set::Push;
+use super::row_set::{Contact, Push};
 use super::team::Team;
 use crate::dynamics::{self, Motion, Twist, draw};
 use crate::freedom::{PLANAR, SPATIAL, unpack};
@@ -129,7 +130,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             if moved > effect.largest_move {
                 (effect.largest_move, effect.moved) = (moved, Some(i));
             }
+            // Friction may spin a body of revolution about its axis.
             if D == SPATIAL
+                && self.stick.is_none()
                 && let Some(axis) = self.start.axis_of_revolution(i)
             {
                 let spun = dt * axis.dot(twist.angular - motion.free.angular).abs();
@@ -141,15 +144,20 @@ impl<const D: usize, T: Team> Cpu<D, T> {
                 effect.energy_allowed += ROUNDING_OF_WORK * work.abs();
             }
         }
+        effect.friction = self.rows.find_friction(&self.trial.scaled);
+        if self.setup.has_inertia {
+            effect.energy += self.rows.spring_energy();
+        }
         effect
     }
 
     /// What pushes may do by what the step may leave undone: an overlap, and the residual.
     fn energy_of_what_is_undone(&self) -> f64 {
         let undone = self.setup.overlap_tolerance.max(self.first.overlap) + self.solve.residual();
-        let rows = self.rows.problem.pair.iter().zip(&self.rows.gamma);
-        let own = rows.filter(|(pair, gamma)| **gamma > 0.0 && !self.start.is_foreign(pair[0] as usize));
-        own.map(|(_, gamma)| gamma * undone).sum()
+        let own = self.rows.pushing_rows().filter(|(pair, _)| !self.start.is_foreign(pair[0] as usize));
+        let pushing: f64 = own.map(|(_, gamma)| gamma * undone).sum();
+        let slips = |row: usize| self.rows.gamma[row].abs() * self.solve.residual();
+        pushing + self.rows.cones().flat_map(|cone| cone.tangents).map(slips).sum::<f64>()
     }
 
     /// The gap at which a push begins; zero if it overlaps.
@@ -237,6 +245,13 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         Wedge { bodies: bodies.map(|body| *body as usize).collect(), walls: walls.into_iter().collect() }
     }
 
+    /// The rows of a branch that is made again.
+    fn contact_again(&self, near: &Near, reached: &[Twist]) -> Contact<D> {
+        let Cpu { setup, start, motions, stick, .. } = self;
+        let making = Making { setup, start, motions, stick: *stick };
+        making.contact(near, reached, self.rows.held(&self.pairs, near))
+    }
+
     /// Rebuilds the rows of these branches where the velocities `reached` lead, with zero multipliers; returns their
     /// number.
     fn rebuild_rows_at(&mut self, pushing: &[Push], reached: &[Twist]) -> usize {
@@ -244,14 +259,13 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             let pose = dynamics::advance(self.start.pose(i), reached[i], self.start.interval);
             self.start.placed_at(i, pose)
         };
-        let row = |push: &Push| {
+        let contact = |push: &Push| {
             let near = self.branch_of(push, there)?;
-            Some((near, self.motions.row(&self.start, &near, reached), 0.0))
+            Some((near, self.contact_again(&near, reached), 0.0))
         };
-        let rebuilt: Vec<_> = pushing.iter().filter_map(row).collect();
-        let rows = rebuilt.len();
-        self.rows.replace_branches(rebuilt);
-        rows
+        let rebuilt: Vec<_> = pushing.iter().filter_map(contact).collect();
+        self.rows.replace_branches(&rebuilt);
+        rebuilt.len()
     }
 
     /// Where bodies come on their way to the trial, by at most the part `size` of half of their thickness, as the
@@ -322,14 +336,13 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);
                 }
-                let row = self.motions.row(&self.start, &near, &self.trial.twist);
-                rebuilt.push((near, row, push.gamma));
+                rebuilt.push((near, self.contact_again(&near, &self.trial.twist), push.gamma));
             }
         }
         let share = 0.5 * of.values().flatten().map(|v| v * v).sum::<f64>();
         let rows = rebuilt.len();
         if rows > 0 {
-            self.rows.replace_branches(rebuilt);
+            self.rows.replace_branches(&rebuilt);
         }
         Loosened { rows, share }
     }

@@ -85,6 +85,9 @@ impl Device {
     /// # Errors
     /// [`GpuError::Unsupported`] for what only the CPU does.
     pub fn check(model: &Model) -> Result<(), GpuError> {
+        if !model.friction.is_none() {
+            return Err(GpuError::Unsupported { what: "friction".into() });
+        }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
             RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),

@@ -113,6 +113,7 @@ fn of_pair(pair: [u32; 2], normal: DVec3, gammas: &[f64]) -> Vec<Warm> {
             feature,
             gamma: *gamma,
             normal,
+            tangent: DVec3::ZERO,
         })
     };
     gammas.iter().enumerate().filter_map(entry).collect()

@@ -115,7 +115,7 @@ pub(in crate::cli) struct Measure {
     #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// Only these measures, separated by commas or by repeating the option: nematic, correlation, radius, packing,
-    /// density, length, contacts, stress, shear_stress, force_chains, microdomains, dissipation, msd,
+    /// density, length, contacts, stress, shear_stress, force_chains, friction, microdomains, dissipation, msd,
     /// velocity_correlation, groups, segregation, removal
     #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
     pub(in crate::cli) only: Vec<String>,

@@ -20,6 +20,9 @@ const LEAST_OF_CHANGE: f64 = 0.1;
 /// `auto` goes on with `apgd` where so many iterations of `pair_block_cg` did not halve the residual.
 const ITERATIONS_TO_HALVE: u64 = 600;
 
+/// And ends where so many of `apgd` did not: the step is then solved with compliant normal rows, or taken in pieces.
+const LAST_ITERATIONS_TO_HALVE: u64 = 3_000;
+
 /// A method that goes on where the gradient is moved.
 trait Follows<const D: usize>: Method<Frictional<D>> {
     /// Iterations between two follows, at first.
@@ -148,8 +151,9 @@ impl<const D: usize> Friction<D> {
             rows.gradient(&drive.at.x, &mut drive.at.g);
             apgd.begin(rows, &drive.at);
         }
-        let ended = go(rows, drive, apgd, &mut state, settings.tolerance, u64::MAX);
-        drive.end(rows, &state, ended.unwrap_or(Status::MaxIterations))
+        let patience = if self.kind == SolverKind::Auto { LAST_ITERATIONS_TO_HALVE } else { u64::MAX };
+        let ended = go(rows, drive, apgd, &mut state, settings.tolerance, patience);
+        drive.end(rows, &state, ended.unwrap_or(Status::NoProgress))
     }
 }
 

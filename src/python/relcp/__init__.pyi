@@ -327,6 +327,10 @@ class Contacts:
     def gamma(self) -> _Floats:
         """(M,): the contact force of the last step, summed over the rows of the pair; zero without contact."""
 
+    @property
+    def force(self) -> _Floats:
+        """(M, 3): the force of the first body on the second: `gamma` along the normal, and friction."""
+
 @final
 class WallContacts:
     """Bodies near a wall's surface, one row each, sorted by body. M is their number."""

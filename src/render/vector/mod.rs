@@ -207,7 +207,13 @@ mod tests {
 
     #[test]
     fn walls_cells_words_and_scales_are_vectors() {
-        let wall = Wall::Channel { normal: [0.0, 1.0, 0.0], center: [5.0, 0.0, 0.0], width: 4.0, motion: None };
+        let wall = Wall::Channel {
+            normal: [0.0, 1.0, 0.0],
+            center: [5.0, 0.0, 0.0],
+            width: 4.0,
+            motion: None,
+            friction: None,
+        };
         let walls = Walls::new(&[wall], true);
         let backdrop = Backdrop { walls, periods: Periods::new([Some(8.0), None, None]), ..Backdrop::default() };
         let scale = Scale { low: 0.0, high: 2.5, largest: 3.0 };

@@ -118,13 +118,20 @@ impl Scene {
 
     /// A group that is named has bodies.
     pub(super) fn check_group(&self, key: &Key, group: Option<&str>) -> Result<(), SceneError> {
+        group.map_or(Ok(()), |group| self.check_name_of_group(&key.field("group"), group))
+    }
+
+    /// That a body has this group, which `key` names.
+    pub(super) fn check_name_of_group(&self, key: &Key, group: &str) -> Result<(), SceneError> {
         let groups = self.group_names();
-        let Some(group) = group.filter(|g| !groups.iter().any(|known| known == g)) else { return Ok(()) };
+        if groups.iter().any(|known| known == group) {
+            return Ok(());
+        }
         let message = match nearest(group, groups.iter().map(String::as_str)) {
             Some(near) => format!("no body is in the group `{group}`; the nearest group is `{near}`"),
             None => format!("no body is in the group `{group}`; no body has a group"),
         };
-        Err(SceneError::bad(key.field("group"), message))
+        Err(SceneError::bad(key, message))
     }
 }
 

@@ -7,6 +7,7 @@ mod bodies;
 mod bonds;
 mod flow;
 mod forces;
+mod friction;
 mod generate;
 mod growth;
 mod periodic;
@@ -70,6 +71,7 @@ impl Scene {
         self.check_traps(&root.field("forces"))?;
         self.check_removal(&root.field("removal"))?;
         self.check_walls(root)?;
+        self.check_friction(root)?;
         self.check_periodic(root)?;
         if self.planar {
             self.check_planar(root)?;

@@ -211,7 +211,8 @@ pub(super) fn least_way(bodies: &Bodies, body: usize) -> f64 {
 pub(super) const WARM: usize = 6;
 
 pub(super) fn pack_warm(warm: &Warm) -> [u64; WARM] {
-    let Warm { pair: [a, b], feature, gamma, normal } = *warm;
+    // Steps with friction are not distributed.
+    let Warm { pair: [a, b], feature, gamma, normal, .. } = *warm;
     let [x, y, z] = normal.to_array().map(f64::to_bits);
     [u64::from(a) << 32 | u64::from(b), feature.into(), gamma.to_bits(), x, y, z]
 }
@@ -223,6 +224,7 @@ pub(super) fn warm_of(words: &[u64; WARM]) -> Warm {
         feature: feature as u32,
         gamma: f64::from_bits(gamma),
         normal: DVec3::from_array(normal.map(f64::from_bits)),
+        tangent: DVec3::ZERO,
     }
 }
 

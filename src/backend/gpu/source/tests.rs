@@ -16,7 +16,7 @@ fn setups() -> Vec<Setup> {
         let plain = Setup::new(&scene.model(), &shapes, Precision::F32).unwrap();
         assert!(!plain.midpoint && plain.branches > 0);
         setups.push(plain);
-        scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3, motion: None }];
+        scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3, motion: None, friction: None }];
         scene.time.stepping = Stepping::Midpoint;
         scene.forces.extend(driven());
         let inertial = |drag| Dynamics::Inertial { density: 2.0, drag };
@@ -38,7 +38,7 @@ fn setups() -> Vec<Setup> {
 fn carry(scene: &mut Scene) {
     scene.flow = Some(Flow::Shear { rate: 2.0, direction: [1.0, 0.0, 0.0], gradient: [0.0, 1.0, 0.0] });
     let motion = Some(WallMotion { angular_velocity: Some([0.0, 0.0, 1.0]), ..WallMotion::new([1.0, 0.0, 0.0]) });
-    scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1e3, motion });
+    scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1e3, motion, friction: None });
 }
 
 /// A flow is in the kernel of forces alone, and walls that move add one to midpoint steps, for what acts in their
@@ -47,7 +47,7 @@ fn carry(scene: &mut Scene) {
 fn a_flow_and_moving_walls_change_no_other_kernel() {
     for (stepping, more) in [(Stepping::Euler, 0), (Stepping::Midpoint, 1)] {
         let mut scene = Scene::built_in("two-ellipsoids").unwrap();
-        scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3, motion: None }];
+        scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3, motion: None, friction: None }];
         scene.time.stepping = stepping;
         let sources = |scene: &Scene| {
             let shapes: Vec<_> = scene.build().unwrap().shape;

@@ -48,19 +48,19 @@ fn case(name: impl Into<String>, steps: u64, start: Start) -> Case {
 }
 
 fn channel(width: f64) -> Wall {
-    Wall::Channel { normal: [0.0, 1.0, 0.0], center: [0.0; 3], width, motion: None }
+    Wall::Channel { normal: [0.0, 1.0, 0.0], center: [0.0; 3], width, motion: None, friction: None }
 }
 
 fn side(normal: [f64; 3], away: f64) -> Wall {
-    Wall::HalfSpace { normal, offset: -away, motion: None }
+    Wall::HalfSpace { normal, offset: -away, motion: None, friction: None }
 }
 
 fn disc(radius: f64) -> Wall {
-    Wall::Sphere { center: [0.0; 3], radius, motion: None }
+    Wall::Sphere { center: [0.0; 3], radius, motion: None, friction: None }
 }
 
 fn cube(half: [f64; 3]) -> Wall {
-    Wall::Box { minimum: half.map(|x| -x), maximum: half, motion: None }
+    Wall::Box { minimum: half.map(|x| -x), maximum: half, motion: None, friction: None }
 }
 
 fn channels() -> Vec<Case> {
@@ -73,7 +73,7 @@ fn channels() -> Vec<Case> {
     fine.scene.contact.overlap_tolerance = 1e-3;
     let mut half = colony(0.01, GROWTH, vec![channel(4.0)]);
     half.scene.time.stepping = Stepping::Midpoint;
-    let tilted = Wall::Channel { normal: [-0.3, 1.0, 0.0], center: [0.0; 3], width: 3.0, motion: None };
+    let tilted = Wall::Channel { normal: [-0.3, 1.0, 0.0], center: [0.0; 3], width: 3.0, motion: None, friction: None };
     vec![
         of(4.0, 0.002, 2700),
         of(3.0, 0.004, 1350),
@@ -124,8 +124,14 @@ fn others() -> Vec<Case> {
         start.scene.planar = false;
         start
     };
-    let tube =
-        Wall::Cylinder { center: [0.0; 3], axis: [1.0, 0.0, 0.0], radius: 0.75, length: Some(8.0), motion: None };
+    let tube = Wall::Cylinder {
+        center: [0.0; 3],
+        axis: [1.0, 0.0, 0.0],
+        radius: 0.75,
+        length: Some(8.0),
+        motion: None,
+        friction: None,
+    };
     vec![
         case("colony grows out of a cup", 560, colony(0.01, GROWTH, cup.to_vec())),
         case("colony grows out of a corner", 560, colony(0.01, GROWTH, wedge.to_vec())),

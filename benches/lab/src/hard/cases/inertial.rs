@@ -35,12 +35,12 @@ fn falling(mut start: Start, acceleration: f64) -> Start {
 }
 
 fn floor() -> Wall {
-    Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion: None }
+    Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion: None, friction: None }
 }
 
 /// A box on the floor, open or closed above.
 fn bin(half: f64, height: f64) -> Wall {
-    Wall::Box { minimum: [-half, -half, 0.0], maximum: [half, half, height], motion: None }
+    Wall::Box { minimum: [-half, -half, 0.0], maximum: [half, half, height], motion: None, friction: None }
 }
 
 /// Bodies that spin alone.
@@ -102,7 +102,7 @@ fn drops() -> Vec<Case> {
     let shape = ellipsoid([0.2, 0.35, 0.6]);
     let start = midpoint(falling(Start::inertial(0.01, above(32, shape, 27, 3)), 10.0));
     let cup = [[1.0, 0.0, 0.5], [-1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, -1.0, 0.5]];
-    let walls = cup.map(|normal| Wall::HalfSpace { normal, offset: -1.6, motion: None });
+    let walls = cup.map(|normal| Wall::HalfSpace { normal, offset: -1.6, motion: None, friction: None });
     cases.push(case("27 ellipsoids fall into a funnel, midpoint", 200, within(start, walls.to_vec()), Law::NoGain));
     cases
 }

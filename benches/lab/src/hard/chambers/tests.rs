@@ -56,8 +56,12 @@ fn chambers_get_the_same_rows_on_any_number_of_threads() {
 fn a_low_chamber_overflows_for_two_generations() {
     let mut low = chamber(1, 0, false);
     // So low that the founder's daughters leave.
-    low.scene.removal =
-        vec![Removal::outside(Wall::HalfSpace { normal: [0.0, -1.0, 0.0], offset: -4.0, motion: None })];
+    low.scene.removal = vec![Removal::outside(Wall::HalfSpace {
+        normal: [0.0, -1.0, 0.0],
+        offset: -4.0,
+        motion: None,
+        friction: None,
+    })];
     low.scene.time.dt = 5e-3;
     let row = run(&low, u64::MAX);
     assert_eq!(row.end, End::Overflowed, "{row:?}");

@@ -119,10 +119,11 @@ impl Line {
         let half = self.count as f64;
         let closes = Some(WallMotion::new([-1.0, 0.0, 0.0]));
         let other = match self.kind {
-            Kind::InSphere => Wall::Sphere { center: [0.0; 3], radius: 2.0, motion: None },
-            _ => Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -half, motion: None },
+            Kind::InSphere => Wall::Sphere { center: [0.0; 3], radius: 2.0, motion: None, friction: None },
+            _ => Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -half, motion: None, friction: None },
         };
-        scene.walls = vec![other, Wall::HalfSpace { normal: [-1.0, 0.0, 0.0], offset: -half, motion: closes }];
+        scene.walls =
+            vec![other, Wall::HalfSpace { normal: [-1.0, 0.0, 0.0], offset: -half, motion: closes, friction: None }];
         start
     }
 

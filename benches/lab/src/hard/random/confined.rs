@@ -115,8 +115,13 @@ fn space(random: &mut Random, width: f64, division: f64) -> (Vec<Wall>, Body, &'
     let closed = (CLOSED * width).max(LEAST_CLOSED * DIAMETER).max(LEAST_IN_LENGTHS * division);
     let along = DVec3::new(angle.cos(), angle.sin(), 0.0);
     let across = DVec3::new(-angle.sin(), angle.cos(), 0.0);
-    let channel = Wall::Channel { normal: across.to_array(), center: [0.0; 3], width, motion: None };
-    let end = |normal: DVec3| Wall::HalfSpace { normal: normal.to_array(), offset: -half_length, motion: None };
+    let channel = Wall::Channel { normal: across.to_array(), center: [0.0; 3], width, motion: None, friction: None };
+    let end = |normal: DVec3| Wall::HalfSpace {
+        normal: normal.to_array(),
+        offset: -half_length,
+        motion: None,
+        friction: None,
+    };
     // In a narrow channel the founder lies along it.
     let most = (width - DIAMETER) / length;
     let lying = lying.clamp(-most, most);
@@ -125,12 +130,12 @@ fn space(random: &mut Random, width: f64, division: f64) -> (Vec<Wall>, Body, &'
         2 => (vec![channel, end(along)], founder(angle + lying), "a cup", width),
         3 => (vec![channel, end(along), end(-along)], founder(angle + lying), "a short closed channel", width),
         4 => {
-            let wall = Wall::Sphere { center: [0.0; 3], radius: 0.5 * closed, motion: None };
+            let wall = Wall::Sphere { center: [0.0; 3], radius: 0.5 * closed, motion: None, friction: None };
             (vec![wall], founder(angle + lying), "a disc", closed)
         }
         _ => {
             let (w, h) = (0.5 * closed, 0.5 * closed * random.within(1.0, 3.0));
-            let wall = Wall::Box { minimum: [-w, -h, -1.0], maximum: [w, h, 1.0], motion: None };
+            let wall = Wall::Box { minimum: [-w, -h, -1.0], maximum: [w, h, 1.0], motion: None, friction: None };
             (vec![wall], founder(angle + lying), "a box", closed)
         }
     }

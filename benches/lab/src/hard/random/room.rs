@@ -76,19 +76,19 @@ pub(super) fn across(random: &mut Random, normal: DVec3, planar: bool) -> DVec3 
 }
 
 pub(super) fn floor(normal: DVec3, below: f64) -> Wall {
-    Wall::HalfSpace { normal: normal.to_array(), offset: -below, motion: None }
+    Wall::HalfSpace { normal: normal.to_array(), offset: -below, motion: None, friction: None }
 }
 
 pub(super) fn channel(normal: DVec3, width: f64) -> Wall {
-    Wall::Channel { normal: normal.to_array(), center: [0.0; 3], width, motion: None }
+    Wall::Channel { normal: normal.to_array(), center: [0.0; 3], width, motion: None, friction: None }
 }
 
 fn ball(radius: f64) -> Wall {
-    Wall::Sphere { center: [0.0; 3], radius, motion: None }
+    Wall::Sphere { center: [0.0; 3], radius, motion: None, friction: None }
 }
 
 fn cube(half: f64) -> Wall {
-    Wall::Box { minimum: [-half; 3], maximum: [half; 3], motion: None }
+    Wall::Box { minimum: [-half; 3], maximum: [half; 3], motion: None, friction: None }
 }
 
 /// Two or three floors that meet at any angle, sharp ones too.
@@ -105,8 +105,14 @@ fn corner(random: &mut Random, needs: Needs) -> Room {
 fn tube(random: &mut Random, needs: Needs) -> Room {
     let axis = if needs.planar && random.chance(0.5) { DVec3::Z } else { direction(random, needs.planar) };
     let length = random.either(0.5, Some(2.0 * needs.half), None);
-    let wall =
-        Wall::Cylinder { center: [0.0; 3], axis: axis.to_array(), radius: 1.2 * needs.half, length, motion: None };
+    let wall = Wall::Cylinder {
+        center: [0.0; 3],
+        axis: axis.to_array(),
+        radius: 1.2 * needs.half,
+        length,
+        motion: None,
+        friction: None,
+    };
     let what = if length.is_some() { "in a can" } else { "in a tube" };
     Room { walls: vec![wall], periodic: None, half: needs.half, what: what.into() }
 }
@@ -147,7 +153,14 @@ fn periodic(random: &mut Random, needs: Needs) -> Room {
         walls.push(match (needs.planar, open.len()) {
             (false, 2) if random.chance(0.5) => {
                 let along = DVec3::AXES[first].to_array();
-                Wall::Cylinder { center: [0.0; 3], axis: along, radius: 1.2 * needs.half, length: None, motion: None }
+                Wall::Cylinder {
+                    center: [0.0; 3],
+                    axis: along,
+                    radius: 1.2 * needs.half,
+                    length: None,
+                    motion: None,
+                    friction: None,
+                }
             }
             _ => channel(DVec3::AXES[*axis], 2.0 * needs.half),
         });

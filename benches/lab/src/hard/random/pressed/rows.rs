@@ -118,6 +118,7 @@ fn sides(random: &mut Random, member: &Member, (way, planar): (DVec3, bool), snu
             radius: 0.5 * width,
             length: None,
             motion: None,
+            friction: None,
         }),
     }
 }

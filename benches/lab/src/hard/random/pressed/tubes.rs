@@ -91,7 +91,7 @@ fn places(random: &mut Random, shapes: &[Shape], count: usize) -> (Vec<(Shape, f
 fn side(random: &mut Random, (way, centre, width): (DVec3, DVec3, f64), planar: bool) -> (Wall, &'static str) {
     let normal = room::across(random, way, planar).to_array();
     if planar || random.chance(0.3) {
-        return (Wall::Channel { normal, center: centre.to_array(), width, motion: None }, "a channel");
+        return (Wall::Channel { normal, center: centre.to_array(), width, motion: None, friction: None }, "a channel");
     }
     let wall = Wall::Cylinder {
         center: centre.to_array(),
@@ -99,6 +99,7 @@ fn side(random: &mut Random, (way, centre, width): (DVec3, DVec3, f64), planar: 
         radius: 0.5 * width,
         length: None,
         motion: None,
+        friction: None,
     };
     (wall, "a tube")
 }

@@ -1,0 +1,143 @@
+//! Friction in a step: which contacts have it, what moves their surfaces beside bodies, and what it did.
+
+use super::motions::Motions;
+use super::narrow_phase::Near;
+use super::row_set::{Contact, RowSet};
+use super::setup::Setup;
+use super::start::Start;
+use crate::bodies::Bodies;
+use crate::constraint::Mover;
+use crate::constraint::friction::{ElasticSlip, Sliding};
+use crate::dynamics::{self, Twist};
+use crate::step::FrictionReport;
+use crate::walls::surface_of;
+use crate::warm::Warm;
+use glam::DVec3;
+
+impl Setup {
+    /// The coefficient of friction of a pair; zero while bodies are parted in no time.
+    fn coefficient(&self, bodies: &Bodies, [a, b]: [u32; 2]) -> f64 {
+        match surface_of(b) {
+            Some(surface) => self.friction.of_surface(surface),
+            None => self.friction.of_bodies([a, b].map(|body| bodies.group[body as usize])),
+        }
+    }
+
+    /// The compliance of stick in a step that follows one with these forces: a mean contact at its limit has slipped by
+    /// the scene's elastic slip. Zero where nothing pushed.
+    fn compliance(&self, bodies: &Bodies, last: &[Warm]) -> f64 {
+        let limits = last.iter().filter(|w| w.gamma > 0.0).map(|w| w.gamma * self.coefficient(bodies, w.pair));
+        let (sum, count) =
+            limits.filter(|limit| *limit > 0.0).fold((0.0, 0u32), |(sum, n), limit| (sum + limit, n + 1));
+        if count == 0 { 0.0 } else { self.friction.elastic_slip * f64::from(count) / sum }
+    }
+}
+
+/// How contacts of a step with friction stick; none in a step without.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Stick {
+    compliance: f64,
+}
+
+impl Stick {
+    /// That of the step that `start` begins, after the step with the warm start `last`.
+    pub(super) fn of(setup: &Setup, start: &Start, last: &[Warm]) -> Option<Stick> {
+        let acts = !setup.friction.is_none() && !start.parting;
+        acts.then(|| Stick { compliance: setup.compliance(&start.bodies, last) })
+    }
+}
+
+/// The stages that the rows of a contact are made from.
+#[derive(Clone, Copy)]
+pub(super) struct Making<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) start: &'a Start,
+    pub(super) motions: &'a Motions,
+    pub(super) stick: Option<Stick>,
+}
+
+impl Making<'_> {
+    /// The rows of `near`, which was found where the velocities `reached` lead in the present part. `held` is the
+    /// friction force that it ended the last step with.
+    pub(super) fn contact<const D: usize>(&self, near: &Near, reached: &[Twist], held: DVec3) -> Contact<D> {
+        let Making { start, motions, .. } = *self;
+        let movers = near.pair.map(|number| motions.mover(start, number, reached));
+        Contact { normal: motions.row(start, near, reached), sliding: self.sliding(near, movers, held) }
+    }
+
+    fn sliding<const D: usize>(&self, near: &Near, movers: [Mover<'_>; 2], held: DVec3) -> Option<Sliding<D>> {
+        let Stick { compliance } = self.stick?;
+        let mu = self.setup.coefficient(&self.start.bodies, near.pair);
+        let slip = ElasticSlip { compliance, held };
+        (mu > 0.0)
+            .then(|| Sliding::new(mu, &near.found, movers, self.surface_velocity(near), slip, self.start.interval))
+    }
+
+    /// The velocity of the second body's surface against the first one's, beside those of the bodies: of a wall, of an
+    /// image in a cell that changes, and by growth.
+    fn surface_velocity(&self, near: &Near) -> DVec3 {
+        let Making { setup, start, .. } = *self;
+        let [a, b] = near.pair;
+        let (found, grows) =
+            (&near.found, |body: u32, lever, normal| start.growth_velocity(body as usize, lever, normal));
+        let of_a = grows(a, found.lever_a, found.normal);
+        let of_b = match surface_of(b) {
+            Some(surface) => {
+                let point = start.bodies.position[a as usize] + found.lever_a + found.separation * found.normal;
+                start.walls(setup).velocity(surface, point, start.span())
+            }
+            None => start.image_velocity(setup, a as usize, b as usize) + grows(b, found.lever_b, -found.normal),
+        };
+        of_b - of_a
+    }
+}
+
+impl Start {
+    /// How fast growth moves the surface of a body where `lever` touches it with the outward normal `normal`, along its
+    /// axis.
+    fn growth_velocity(&self, body: usize, lever: DVec3, normal: DVec3) -> DVec3 {
+        let Some(longer) = self.lengthened.get(body).copied().filter(|longer| *longer != 0.0) else {
+            return DVec3::ZERO;
+        };
+        let placed = self.placed_at(body, self.pose(body));
+        // The body has the length at the end of the part already; how a place moves is linear in the length added.
+        let Some(to) = placed.shape.growing_length().and_then(|length| placed.shape.grown(length + longer)) else {
+            return DVec3::ZERO;
+        };
+        dynamics::stretch(&placed, &to, lever, normal) / self.interval
+    }
+}
+
+impl<const D: usize> RowSet<D> {
+    /// What friction does on the way to the trial with these scaled contact velocities; none in a step without.
+    pub(super) fn find_friction(&self, scaled: &[[f64; D]]) -> Option<FrictionReport> {
+        let mut report = self.is_frictional().then(FrictionReport::default)?;
+        for cone in self.cones() {
+            let slip = |row: usize| self.problem.value(row, scaled) + self.problem.compliance[row] * self.gamma[row];
+            let [force, work] = cone.tangents.clone().fold([0.0, 0.0], |[force, work], row| {
+                let gamma = self.gamma[row];
+                [force + gamma * gamma, work - gamma * slip(row)]
+            });
+            report.work += work;
+            if self.gamma[cone.normal] > 0.0 {
+                // A contact that slides has the multiplier of its cone's surface, which is projected on it.
+                let slides = force.sqrt() >= cone.mu * self.gamma[cone.normal] * (1.0 - AT_THE_LIMIT);
+                report.sliding += usize::from(slides);
+                report.sticking += usize::from(!slides);
+            }
+        }
+        Some(report)
+    }
+
+    /// The change of the energy in the springs of stick.
+    pub(super) fn spring_energy(&self) -> f64 {
+        let of = |row: usize| {
+            let (now, before) = (self.gamma[row], self.held_at(row));
+            0.5 * self.problem.compliance[row] * (now * now - before * before)
+        };
+        self.cones().flat_map(|cone| cone.tangents).map(of).sum()
+    }
+}
+
+/// A friction force that is less than its limit by this part of it, which is made of rounding, is at its limit.
+const AT_THE_LIMIT: f64 = 1e-9;

@@ -1,0 +1,84 @@
+//! The rules of friction: coefficients in range, groups that there are, and settings that support it.
+
+use super::super::error::SceneError;
+use super::super::key::Key;
+use super::super::{OnFailure, Scene, Stepping};
+use super::number;
+use crate::constraint::friction::LARGEST_COEFFICIENT;
+use crate::digits::{exact, short};
+
+/// Solvers that support friction.
+const SOLVERS: &str = "\"auto\", \"pair_block_cg\" or \"apgd\"";
+
+impl Scene {
+    pub(super) fn check_friction(&self, root: &Key) -> Result<(), SceneError> {
+        let contact = root.field("contact");
+        let key = contact.field("friction");
+        let friction = &self.contact.friction;
+        if *friction == super::super::Friction::of_all(friction.bodies) {
+            check_coefficient(&key, friction.bodies)?;
+        }
+        check_coefficient(&key.field("bodies"), friction.bodies)?;
+        check_coefficient(&key.field("walls"), friction.walls)?;
+        let list = key.field("groups");
+        for (i, of) in friction.groups.iter().enumerate() {
+            let key = list.index(i);
+            check_coefficient(&key.field("is"), of.is)?;
+            let between = key.field("between");
+            for (side, name) in of.between.iter().enumerate() {
+                self.check_name_of_group(&between.index(side), name)?;
+            }
+            let [a, b] = &of.between;
+            let same = |other: &[String; 2]| other == &of.between || other == &[b.clone(), a.clone()];
+            if let Some(first) = friction.groups[..i].iter().position(|earlier| same(&earlier.between)) {
+                let message = format!("names the same groups as contact.friction.groups[{first}]");
+                return Err(SceneError::bad(between, message));
+            }
+        }
+        for (i, wall) in self.walls.iter().enumerate() {
+            let list = root.field("walls");
+            let key = list.index(i);
+            let key = key.field(wall.name());
+            wall.friction().map_or(Ok(()), |own| check_coefficient(&key.field("friction"), own))?;
+        }
+        if let Some(slip) = self.contact.elastic_slip {
+            number(&contact.field("elastic_slip"), slip)?;
+            if slip < 0.0 {
+                let message = format!("must not be negative, not {slip}", slip = short(slip));
+                return Err(SceneError::bad(contact.field("elastic_slip"), message));
+            }
+        }
+        if self.friction().is_none() { Ok(()) } else { self.check_supported(root) }
+    }
+
+    /// Refuses settings that do not support friction yet.
+    fn check_supported(&self, root: &Key) -> Result<(), SceneError> {
+        let refused = |[outer, inner]: [&'static str; 2], what: &str| {
+            let message = format!("conflicts with friction (contact.friction, walls[].friction): {what}");
+            Err(SceneError::bad(root.field(outer).field(inner), message))
+        };
+        if self.time.stepping == Stepping::Midpoint {
+            return refused(["time", "stepping"], "it needs \"euler\" steps");
+        }
+        if !self.solver.kind.supports_friction() {
+            return refused(["solver", "kind"], &format!("it needs {SOLVERS}"));
+        }
+        if self.contact.on_failure == OnFailure::Continue {
+            return refused(["contact", "on_failure"], "it needs \"stop\"");
+        }
+        if self.solver.dump.is_some() {
+            return refused(["solver", "dump"], "LCPs over cones cannot be saved");
+        }
+        Ok(())
+    }
+}
+
+fn check_coefficient(key: &Key, coefficient: f64) -> Result<(), SceneError> {
+    number(key, coefficient)?;
+    if (0.0..=LARGEST_COEFFICIENT).contains(&coefficient) {
+        return Ok(());
+    }
+    let message =
+        format!("must be between 0 and {LARGEST_COEFFICIENT}, not {coefficient}", coefficient = exact(coefficient));
+    Err(SceneError::bad(key, message))
+}

@@ -1,0 +1,8 @@
+//! Coulomb friction in steps, against closed forms, balances and geometry.
+#![allow(clippy::unwrap_used)]
+
+mod closed_forms;
+mod piles;
+mod scenes;
+mod settings;
+mod surfaces;
