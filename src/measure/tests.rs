@@ -56,6 +56,7 @@ fn frame(planar: bool) -> Frame {
         drag: Some(2.0),
         shear: None,
         fixed: Default::default(),
+        friction: None,
         removes: false,
     }
 }

@@ -47,6 +47,7 @@ const NAMES: &[(&[&str], &[&str])] = &[
     (&["kt", "temp"], &["temperature"]),
     (&["brownian", "noise", "temperature", "langevin"], &["thermal"]),
     (&["viscosity", "friction", "gamma", "damping"], &["drag"]),
+    (&["friction_coefficient", "mu", "coulomb", "sliding_friction", "static_friction"], &["friction"]),
     (&["k", "spring_constant", "constant"], &["stiffness"]),
     (&["g", "weight"], &["gravity", "acceleration"]),
     (&["harmonic", "spring", "tether"], &["trap"]),
@@ -67,13 +68,14 @@ const PLACES: &[(&[&str], &str)] = &[
     (&["temperature", "kt"], "thermal.temperature"),
     (&["overlap_tolerance", "tolerance"], "contact.overlap_tolerance"),
     (&["every", "save_every", "output_every"], "output.every"),
+    (&["friction", "friction_coefficient", "mu", "coulomb", "sliding_friction"], "contact.friction"),
 ];
 
 /// Words for features that relcp does not have, and an explanation.
 const ABSENT: &[(&[&str], &str)] = &[
     (
-        &["friction", "friction_coefficient", "mu", "coulomb", "sliding_friction", "rolling_friction"],
-        "relcp has no friction: contact forces act along the normal alone",
+        &["rolling_friction", "torsional_friction", "rolling_resistance"],
+        "relcp has friction of sliding only, contact.friction",
     ),
     (
         &["restitution", "bounce", "elasticity", "coefficient_of_restitution"],
@@ -118,7 +120,8 @@ mod tests {
             ("ball", "`sphere`"),
             ("ring", "`torus`"),
             ("cube", "smooth shapes"),
-            ("friction", "no friction"),
+            ("friction", "contact.friction"),
+            ("rolling_friction", "sliding only"),
             ("dt", "time.dt"),
         ] {
             assert!(hint(word, &shapes).unwrap().contains(says), "{word}");
