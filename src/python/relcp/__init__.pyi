@@ -269,6 +269,18 @@ class StepReport:
         """The largest angle by which contact turned a body of revolution about its own axis."""
 
     @property
+    def sliding(self) -> Optional[int]:
+        """Contacts that push and slide, so that their friction is at its limit; none in a scene without friction."""
+
+    @property
+    def sticking(self) -> Optional[int]:
+        """Contacts with friction that push and stick."""
+
+    @property
+    def friction_work(self) -> Optional[float]:
+        """The energy that friction took, with what the springs of stick took up."""
+
+    @property
     def passed_pair(self) -> Optional[tuple[int, int]]:
         """The first pair that went through each other, where there is one."""
 
