@@ -48,6 +48,7 @@ const NAMES: &[(&[&str], &[&str])] = &[
     (&["brownian", "noise", "temperature", "langevin"], &["thermal"]),
     (&["viscosity", "friction", "gamma", "damping"], &["drag"]),
     (&["friction_coefficient", "mu", "coulomb", "sliding_friction", "static_friction"], &["friction"]),
+    (&["bounce", "elasticity", "coefficient_of_restitution", "cor"], &["restitution"]),
     (&["k", "spring_constant", "constant"], &["stiffness"]),
     (&["g", "weight"], &["gravity", "acceleration"]),
     (&["harmonic", "spring", "tether"], &["trap"]),
@@ -68,6 +69,7 @@ const PLACES: &[(&[&str], &str)] = &[
     (&["temperature", "kt"], "thermal.temperature"),
     (&["overlap_tolerance", "tolerance"], "contact.overlap_tolerance"),
     (&["every", "save_every", "output_every"], "output.every"),
+    (&["restitution", "bounce", "elasticity", "coefficient_of_restitution"], "contact.restitution"),
     (&["friction", "friction_coefficient", "mu", "coulomb", "sliding_friction"], "contact.friction"),
 ];
 
@@ -76,10 +78,6 @@ const ABSENT: &[(&[&str], &str)] = &[
     (
         &["rolling_friction", "torsional_friction", "rolling_resistance"],
         "relcp has friction of sliding only, contact.friction",
-    ),
-    (
-        &["restitution", "bounce", "elasticity", "coefficient_of_restitution"],
-        "relcp has no restitution: contact removes the speed of approach",
     ),
     (&["adhesion", "cohesion", "stickiness", "attraction"], "relcp has no adhesion: contacts only push"),
     (

@@ -36,7 +36,7 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
-pub use crate::constraint::friction::{Friction, GroupFriction};
+pub use crate::constraint::friction::{Friction, GroupFriction, Restitution};
 pub use crate::dynamics::{
     Bond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window,
 };

@@ -80,10 +80,14 @@ impl Together {
     }
 
     /// Whether steps of a scene can be distributed: the solver must support it, saved LCPs need all rows, and so does
-    /// friction.
+    /// friction; restitution is that of whole steps.
     fn shares(&self, scene: &Scene) -> bool {
         let supported = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
-        supported && scene.solver.dump.is_none() && scene.friction().is_none() && shares(&scene.model(), self.processes)
+        supported
+            && scene.solver.dump.is_none()
+            && scene.friction().is_none()
+            && scene.contact.restitution.is_none()
+            && shares(&scene.model(), self.processes)
     }
 
     /// The backend of this process; `local` is its part of the state, if the state is distributed.

@@ -185,6 +185,8 @@ pub trait RetryBackend: Verbs {
     fn part(&mut self, parting: bool);
     /// Sets the draw that moves bodies while they are parted, or none.
     fn shake(&mut self, shake: Option<Shake>);
+    /// Switches restitution on or off, in a scene that has some.
+    fn bounce(&mut self, bouncing: bool);
     /// Sets the multipliers; further rows get zero.
     fn set_multipliers(&mut self, gamma: &[f64]);
     /// Solves the regularized LCP of all rows: `compliance` is relative to each row's diagonal entry.

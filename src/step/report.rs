@@ -124,6 +124,8 @@ macro_rules! step_figures {
             turned_less: u32 = 0, sum, { retried(turned_less: u64 = steps) };
             /// Pieces before which cells that pressed each other and found no way out were moved by a draw.
             shaken: u32 = 0, sum, { retried(shaken: u64 = steps) };
+            /// Pieces whose contacts had no restitution, as it would have made energy.
+            restitution_dropped: u32 = 0, sum, { retried(restitution_dropped: u64 = steps) };
             /// Cells that had to wait, as there was no room for them.
             waiting: usize = 0, own, { retried(with_waiting_cells: u64 = steps) };
             /// Attempts that failed before it was taken.

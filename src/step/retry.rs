@@ -9,7 +9,7 @@
 //! Nothing here depends on earlier steps, so a resumed run takes the same pieces.
 
 use super::algorithm::{Attempt, Plan, attempt};
-use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Stepping, Unresolved};
+use super::{Crowd, Fault, Guard, Keep, Phases, Piece, State, StepReport, Stepping, Unresolved};
 use crate::dynamics::{OnNoRoom, Waiting};
 use crate::lcp::Status;
 use crate::step::{Failed, Overlap, RetryBackend, Verbs};
@@ -79,7 +79,8 @@ pub(super) fn take_again(
         if let (true, Some(Ok(tried))) = (by_other, &first) {
             report.first_violation = tried.report.first_violation;
         }
-        let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None };
+        let bounces = !plan.contact.restitution.is_none();
+        let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None, bounces };
         let result = taken.step(again, first, &before);
         if result.is_err() {
             again.restore(&before)?;
@@ -112,6 +113,8 @@ pub(super) struct Taking<'a> {
     /// The report of the accepted pieces, with the cost of all attempts.
     pub(super) report: &'a mut StepReport,
     pub(super) waiting: Waiting,
+    /// Whether contacts have restitution now.
+    pub(super) bounces: bool,
 }
 
 impl Taking<'_> {
@@ -162,6 +165,9 @@ impl Taking<'_> {
             failed => failed,
         };
         self.count_failure(&failed);
+        if self.bounces && failed.as_ref().is_ok_and(|tried| tried.broken == Some(Guard::Energy)) {
+            return self.without_bounces(again, piece);
+        }
         let births = again.has_births();
         let overlaps = again.start_overlap() > self.plan.contact.overlap_tolerance;
         if piece.is_whole() && overlaps && !self.report.parted && self.parted(again, 0.0)?.is_some() {
@@ -180,6 +186,16 @@ impl Taking<'_> {
             }
             None => self.give_up(again, piece, failed),
         }
+    }
+
+    /// Takes a piece without restitution, which made energy.
+    fn without_bounces(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Overlap, Fault> {
+        self.bounces = false;
+        again.bounce(false);
+        let taken = self.piece(again, piece, None);
+        (self.bounces, self.report.restitution_dropped) = (true, self.report.restitution_dropped + 1);
+        again.bounce(true);
+        taken
     }
 
     /// Separates bodies that overlap by more than the tolerance, without advancing time, `at` this many `dt` after the

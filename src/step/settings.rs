@@ -1,7 +1,7 @@
 //! How steps are taken: their size and scheme, which rows are made, and how well contacts are resolved.
 
 use crate::constraint::RowSource;
-use crate::constraint::friction::Friction;
+use crate::constraint::friction::{Friction, Restitution};
 use crate::shape::Shape;
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
@@ -117,12 +117,24 @@ pub struct ContactSettings {
     /// none. Static and sliding friction have the same coefficient.
     #[cfg_attr(feature = "files", serde(with = "crate::constraint::friction::number_or_object"))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Friction::is_none"))]
-    #[cfg_attr(feature = "files", schemars(with = "crate::constraint::friction::number_or_object::FrictionSchema"))]
+    #[cfg_attr(
+        feature = "files",
+        schemars(with = "crate::constraint::friction::number_or_object::NumberOr<Friction>")
+    )]
     pub friction: Friction,
     /// How far a mean contact with friction slips elastically before it slides, a length; 0 for rigid stick, with which
     /// piles may collapse. Without it: 100 times `solver.tolerance`.
     #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(skip_serializing_if = "Option::is_none"))]
     pub elastic_slip: Option<f64>,
+    /// Restitution under the inertial law: a coefficient for all contacts, or an object with `bodies` and `walls`.
+    /// Without it: none, contact takes the speed of approach.
+    #[cfg_attr(feature = "files", serde(with = "crate::constraint::friction::number_or_object"))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Restitution::is_none"))]
+    #[cfg_attr(
+        feature = "files",
+        schemars(with = "crate::constraint::friction::number_or_object::NumberOr<Restitution>")
+    )]
+    pub restitution: Restitution,
 }
 
 impl Default for ContactSettings {
@@ -138,6 +150,7 @@ impl Default for ContactSettings {
             cutoff: None,
             friction: Friction::default(),
             elastic_slip: None,
+            restitution: Restitution::default(),
         }
     }
 }

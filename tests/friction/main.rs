@@ -3,6 +3,7 @@
 
 mod closed_forms;
 mod piles;
+mod restitution;
 mod scenes;
 mod settings;
 mod surfaces;

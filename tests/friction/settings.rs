@@ -61,6 +61,8 @@ fn what_friction_cannot_be_is_refused_with_its_key() {
             "same groups",
         ),
         ("contact.elastic_slip", json!(-1), "must not be negative"),
+        ("contact.restitution", json!(1.5), "between 0 and 1"),
+        ("contact.restitution", json!({"walls": -1}), "restitution.walls"),
         ("contact.on_failure", json!("continue"), "conflicts with friction"),
         ("time.stepping", json!("midpoint"), "conflicts with friction"),
         ("solver.kind", json!("interior_point"), "conflicts with friction"),
@@ -70,6 +72,7 @@ fn what_friction_cannot_be_is_refused_with_its_key() {
         assert!(said.contains(says), "{key}: {said}");
     }
     for (key, value) in [
+        ("contact.restitution", json!({"bodies": 0.5})),
         ("contact.friction", json!({"bodies": 0.2})),
         ("contact.friction", json!({"groups": [{"between": ["a", "a"], "is": 0.1}]})),
         ("contact.elastic_slip", json!(0)),

@@ -37,6 +37,10 @@ impl<const D: usize, T: Team> RetryBackend for Cpu<D, T> {
         self.start.shake = shake;
     }
 
+    fn bounce(&mut self, bouncing: bool) {
+        self.start.without_restitution = !bouncing;
+    }
+
     fn set_multipliers(&mut self, gamma: &[f64]) {
         let own = self.rows.change_gamma();
         own.fill(0.0);

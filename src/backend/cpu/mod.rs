@@ -18,6 +18,7 @@ mod motions;
 mod narrow_phase;
 mod near;
 mod pairs;
+mod restitution;
 mod row_set;
 mod setup;
 mod solve;
@@ -221,7 +222,12 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let making = Making { setup, start, motions, stick: *stick };
         for (near, recalled) in near.iter().zip(recalled) {
             let near = stages.at_end_lengths(*near);
-            rows.append_first(&near, &making.contact(&near, &first.reached, recalled.tangent), recalled.gamma);
+            let mut contact = making.contact(&near, &first.reached, recalled.tangent);
+            if let Some(bounce) = start.bounce(setup, &near) {
+                contact.normal.1 -= bounce.apart;
+                rows.bounces(bounce);
+            }
+            rows.append_first(&near, &contact, recalled.gamma);
         }
         if start.middle.is_some() {
             start.make_proxies(setup)?;

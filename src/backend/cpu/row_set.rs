@@ -2,6 +2,7 @@
 
 use super::narrow_phase::Near;
 use super::pairs::Pairs;
+use super::restitution::Bounce;
 use crate::constraint::{self, Row, friction::Sliding};
 use crate::lcp::{Cone, Problem};
 use crate::walls::{in_rows, of_rows};
@@ -61,6 +62,8 @@ pub(super) struct RowSet<const D: usize> {
     acting: Vec<Acting>,
     /// The normal rows of the first contacts.
     first: Vec<u32>,
+    /// The first contacts that bounce, sorted by pair and feature.
+    bounces: Vec<Bounce>,
 }
 
 impl<const D: usize> RowSet<D> {
@@ -74,6 +77,7 @@ impl<const D: usize> RowSet<D> {
             frictional: false,
             acting: Vec::new(),
             first: Vec::new(),
+            bounces: Vec::new(),
         }
     }
 
@@ -84,7 +88,19 @@ impl<const D: usize> RowSet<D> {
         self.gamma.clear();
         self.acting.clear();
         self.first.clear();
+        self.bounces.clear();
         self.changed = true;
+    }
+
+    /// Takes note that a first contact bounces, in their order.
+    pub(super) fn bounces(&mut self, bounce: Bounce) {
+        self.bounces.push(bounce);
+    }
+
+    /// How far the contact of `near` is to part, a length.
+    pub(super) fn bounced(&self, near: &Near) -> f64 {
+        let at = self.bounces.binary_search_by_key(&(near.pair, near.feature), |bounce| (bounce.pair, bounce.feature));
+        at.map_or(0.0, |at| self.bounces[at].apart)
     }
 
     /// Appends a first contact, as [`RowSet::append`].
@@ -243,6 +259,7 @@ impl<const D: usize> RowSet<D> {
     pub(super) fn replace_branches(&mut self, rebuilt: &[NewContact<D>]) {
         let mut done = vec![false; rebuilt.len()];
         let old = std::mem::replace(self, RowSet { frictional: self.frictional, bodies: self.bodies, ..RowSet::new() });
+        self.bounces.clone_from(&old.bounces);
         self.problem.bodies = old.problem.bodies;
         let mut first = old.first.iter().peekable();
         for row in (0..old.gamma.len()).filter(|row| !old.is_tangent(*row)) {

@@ -4,7 +4,7 @@ use super::first;
 use super::start::Start;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
-use crate::constraint::friction::Coefficients;
+use crate::constraint::friction::{Coefficients, Restitution};
 use crate::dynamics::{self, Bonds, Cells, ForceField, Heat, Law, Overdamped, Strain};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
@@ -27,6 +27,7 @@ pub struct Setup {
     pub(super) source: RowSource,
     pub(super) rows: Rows,
     pub(super) friction: Coefficients,
+    pub(super) restitution: Restitution,
     pub(super) seed: u64,
     pub(super) has_inertia: bool,
     pub(super) overlap_tolerance: f64,
@@ -58,6 +59,7 @@ impl Setup {
             source: model.contact.method.row_source(),
             rows: model.contact.rows_of_method(),
             friction: model.friction.clone(),
+            restitution: model.contact.restitution,
             seed: model.seed,
             has_inertia: model.dynamics.has_inertia(),
             overlap_tolerance: model.contact.overlap_tolerance,

@@ -17,6 +17,8 @@ pub struct Start {
     waiting: Waiting,
     /// Whether overlapping bodies are being separated without advancing time.
     pub(super) parting: bool,
+    /// Whether contacts do without the scene's restitution.
+    pub(super) without_restitution: bool,
     /// The draw that moves bodies while they are parted, if there is one.
     pub(super) shake: Option<Shake>,
     /// When the piece begins.
@@ -55,6 +57,7 @@ impl Start {
             piece: Piece::WHOLE,
             waiting: Waiting::None,
             parting: false,
+            without_restitution: false,
             shake: None,
             time: 0.0,
             interval,

@@ -100,6 +100,11 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         if slide < ball { slide * slide / ball } else { slide }
     }
 
+    /// How far apart a push ends, beyond what restitution wants.
+    fn apart(&self, near: &Near) -> f64 {
+        near.found.separation - self.rows.bounced(near)
+    }
+
     /// The branches that push and may end farther apart than `least`, where they are at the trial.
     fn pushing_at_trial(&self, least: impl Fn([u32; 2]) -> f64) -> Vec<(Push, Near)> {
         let placed = |i: usize| self.trial.placed(&self.start, i);
@@ -172,7 +177,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     }
 
     fn add_push(&self, effect: &mut Effect, push: &Push, near: &Near, gap: f64) {
-        let apart = near.found.separation;
+        let apart = self.apart(near);
         if self.start.is_foreign(push.pair[0] as usize) {
             return;
         }
@@ -185,7 +190,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let bodies = push.pair.map(|number| surface_of(number).is_none().then_some(number as usize));
         let [a, b] = bodies.map(|body| body.map_or(DVec3::ZERO, |i| self.moved(i)));
         let free = |i: usize| self.start.interval * self.motions.motion[i].free.linear.length();
-        let explained = bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap;
+        let explained =
+            bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap + self.rows.bounced(near);
         let far = (b - a).length() - self.may_move(push.pair, thickness) - explained;
         effect.thrown += usize::from(far > 0.0 && far > self.slack(push));
     }
@@ -316,7 +322,7 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
 
     fn catch(&mut self, gap: f64, size: f64) -> usize {
         let thrown = self.pushing_at_trial(|pair| gap * self.thickness(pair));
-        let thrown = thrown.iter().filter(|(_, near)| near.found.separation > self.allowed_gap(near.pair, gap));
+        let thrown = thrown.iter().filter(|(_, near)| self.apart(near) > self.allowed_gap(near.pair, gap));
         let thrown: Vec<Push> = thrown.map(|(push, _)| *push).collect();
         if thrown.is_empty() {
             return 0;
@@ -332,7 +338,7 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
         let mut of = BTreeMap::new();
         let mut rebuilt = Vec::new();
         for (push, near) in self.pushing_at_trial(|pair| gap * self.thickness(pair)) {
-            if near.found.separation > self.allowed_gap(near.pair, gap) {
+            if self.apart(&near) > self.allowed_gap(near.pair, gap) {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);
                 }

@@ -88,6 +88,9 @@ impl Device {
         if !model.friction.is_none() {
             return Err(GpuError::Unsupported { what: "friction".into() });
         }
+        if !model.contact.restitution.is_none() {
+            return Err(GpuError::Unsupported { what: "restitution".into() });
+        }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
             RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),

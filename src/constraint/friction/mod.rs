@@ -26,4 +26,4 @@ mod settings;
 pub use coefficients::Coefficients;
 pub(crate) use rows::{ElasticSlip, Sliding};
 pub(crate) use settings::LARGEST_COEFFICIENT;
-pub use settings::{Friction, GroupFriction};
+pub use settings::{Friction, GroupFriction, Restitution};

@@ -54,6 +54,63 @@ impl Friction {
     }
 }
 
+#[cfg(feature = "files")]
+impl super::number_or_object::Coefficients for Friction {
+    const EITHER: &'static str = "NumberOrFriction";
+    const KEYS: &'static str = "`bodies`, `walls` or `groups`";
+    const LARGEST: u32 = LARGEST_COEFFICIENT as u32;
+    fn of_all(coefficient: f64) -> Self {
+        Friction::of_all(coefficient)
+    }
+    fn number(&self) -> Option<f64> {
+        (*self == Friction::of_all(self.bodies)).then_some(self.bodies)
+    }
+}
+
+/// Coefficients of restitution, each between 0 and 1: bodies leave with this part of the speed they came with. In a
+/// scene file a number stands for all contacts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields, default))]
+#[non_exhaustive]
+pub struct Restitution {
+    /// Between two bodies.
+    #[cfg_attr(feature = "files", schemars(range(min = 0, max = 1)))]
+    pub bodies: f64,
+    /// Between a body and a wall.
+    #[cfg_attr(feature = "files", schemars(range(min = 0, max = 1)))]
+    pub walls: f64,
+}
+
+impl Restitution {
+    /// The same coefficient for all contacts.
+    ///
+    /// ```
+    /// use relcp::scene::Restitution;
+    /// assert_eq!(Restitution::of_all(0.8).walls, 0.8);
+    /// ```
+    pub const fn of_all(coefficient: f64) -> Restitution {
+        Restitution { bodies: coefficient, walls: coefficient }
+    }
+
+    /// Whether no contact has restitution.
+    pub fn is_none(&self) -> bool {
+        *self == Restitution::default()
+    }
+}
+
+#[cfg(feature = "files")]
+impl super::number_or_object::Coefficients for Restitution {
+    const EITHER: &'static str = "NumberOrRestitution";
+    const KEYS: &'static str = "`bodies` or `walls`";
+    const LARGEST: u32 = 1;
+    fn of_all(coefficient: f64) -> Self {
+        Restitution::of_all(coefficient)
+    }
+    fn number(&self) -> Option<f64> {
+        (*self == Restitution::of_all(self.bodies)).then_some(self.bodies)
+    }
+}
+
 impl GroupFriction {
     /// The coefficient between the bodies of two groups.
     pub fn new(between: [&str; 2], is: f64) -> GroupFriction {

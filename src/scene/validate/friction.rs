@@ -2,7 +2,7 @@
 
 use super::super::error::SceneError;
 use super::super::key::Key;
-use super::super::{OnFailure, Scene, Stepping};
+use super::super::{Friction, OnFailure, Restitution, Scene, Stepping};
 use super::number;
 use crate::constraint::friction::LARGEST_COEFFICIENT;
 use crate::digits::{exact, short};
@@ -15,7 +15,7 @@ impl Scene {
         let contact = root.field("contact");
         let key = contact.field("friction");
         let friction = &self.contact.friction;
-        if *friction == super::super::Friction::of_all(friction.bodies) {
+        if *friction == Friction::of_all(friction.bodies) {
             check_coefficient(&key, friction.bodies)?;
         }
         check_coefficient(&key.field("bodies"), friction.bodies)?;
@@ -41,6 +41,7 @@ impl Scene {
             let key = key.field(wall.name());
             wall.friction().map_or(Ok(()), |own| check_coefficient(&key.field("friction"), own))?;
         }
+        self.check_restitution(root)?;
         if let Some(slip) = self.contact.elastic_slip {
             number(&contact.field("elastic_slip"), slip)?;
             if slip < 0.0 {
@@ -49,6 +50,28 @@ impl Scene {
             }
         }
         if self.friction().is_none() { Ok(()) } else { self.check_supported(root) }
+    }
+
+    /// Coefficients of restitution in range, under the inertial law and with Euler steps.
+    fn check_restitution(&self, root: &Key) -> Result<(), SceneError> {
+        let contact = root.field("contact");
+        let (key, restitution) = (contact.field("restitution"), self.contact.restitution);
+        if restitution == Restitution::of_all(restitution.bodies) {
+            check_between(&key, restitution.bodies, 1.0)?;
+        }
+        check_between(&key.field("bodies"), restitution.bodies, 1.0)?;
+        check_between(&key.field("walls"), restitution.walls, 1.0)?;
+        if restitution.is_none() {
+            return Ok(());
+        }
+        if !self.dynamics.has_inertia() {
+            return Err(SceneError::bad(key, "needs dynamics.inertial: bodies without inertia do not bounce"));
+        }
+        if self.time.stepping == Stepping::Midpoint {
+            let message = "conflicts with contact.restitution: it needs \"euler\" steps";
+            return Err(SceneError::bad(root.field("time").field("stepping"), message));
+        }
+        Ok(())
     }
 
     /// Refuses settings that do not support friction yet.
@@ -74,11 +97,14 @@ impl Scene {
 }
 
 fn check_coefficient(key: &Key, coefficient: f64) -> Result<(), SceneError> {
+    check_between(key, coefficient, LARGEST_COEFFICIENT)
+}
+
+fn check_between(key: &Key, coefficient: f64, most: f64) -> Result<(), SceneError> {
     number(key, coefficient)?;
-    if (0.0..=LARGEST_COEFFICIENT).contains(&coefficient) {
+    if (0.0..=most).contains(&coefficient) {
         return Ok(());
     }
-    let message =
-        format!("must be between 0 and {LARGEST_COEFFICIENT}, not {coefficient}", coefficient = exact(coefficient));
+    let message = format!("must be between 0 and {most}, not {coefficient}", coefficient = exact(coefficient));
     Err(SceneError::bad(key, message))
 }
