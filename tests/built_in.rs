@@ -19,7 +19,8 @@ use std::time::Instant;
 const QUICK: [&str; 5] = ["two-ellipsoids", "three-capsules", "chainmail", "filament", "piston"];
 
 /// The others.
-const LONG: [&str; 6] = ["compaction", "colony", "active-nematic", "sedimentation", "two-strains", "swarm"];
+const LONG: [&str; 8] =
+    ["compaction", "colony", "active-nematic", "sedimentation", "two-strains", "swarm", "pile", "drum"];
 
 /// A body goes less than this in a step, in lengths of the longest.
 const MOST_MOVE: f64 = 1.0;

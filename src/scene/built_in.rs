@@ -48,6 +48,8 @@ impl BuiltIn {
         "filament": "a chain of 24 rods turns into a shear flow",
         "piston": "a moving wall compresses 130 rods",
         "swarm": "200 rods swim among 16 posts in a periodic plane",
+        "pile": "120 rough ellipsoids fall onto a floor and come to rest in a pile",
+        "drum": "a turning drum takes ellipsoids and balls up its wall by friction",
     };
 
     /// The built-in scene of this name.
