@@ -31,6 +31,10 @@ pub(super) fn print(out: &mut dyn Write, folder: &Path, page: Option<&Path>, s: 
     let (worst, allowed) = (s.max_overlap, s.overlap_tolerance);
     let [worst, last] = [worst, s.final_max_overlap].map(|overlap| beside(overlap, allowed));
     writeln!(out, "  overlap     {worst} at most of {allowed} allowed, {last} at the end", allowed = short(allowed))?;
+    if let Some(friction) = &s.friction {
+        let (work, slip) = (few(friction.work), few(friction.elastic_slip));
+        writeln!(out, "  friction    took {work} of energy; elastic slip {slip}")?;
+    }
     if let Some(proxy) = s.proxy_max_overlap {
         writeln!(out, "  sub-spheres {} overlap at most", few(proxy))?;
     }
@@ -99,6 +103,10 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         let list = list(named, steps.len(), s.solver.unconverged);
         writeln!(out, "  {} unconverged solves, in steps {list}", s.solver.unconverged)?;
     }
+    if let Some(friction) = s.friction.filter(|friction| friction.held_solves > 0) {
+        let (count, gap) = (counted(friction.held_solves, "solve", "solves"), few(friction.largest_gap));
+        writeln!(out, "  {count} did not meet the law of friction: gaps of what slides are up to {gap}")?;
+    }
     retried(out, s)
 }
 
@@ -107,7 +115,8 @@ fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     let Retried { in_pieces, most_pieces, by_cpu, squeezed, turned_less, shaken, .. } = s.retried;
     let Retried { with_waiting_cells, relaxed_solves, .. } = s.retried;
     if relaxed_solves > 0 {
-        writeln!(out, "  {relaxed_solves} solves with contradictory constraints, solved for the smallest overlap")?;
+        let count = counted(relaxed_solves, "solve", "solves");
+        writeln!(out, "  {count} with contradictory constraints, solved for the smallest overlap")?;
     }
     if in_pieces > 0 {
         writeln!(out, "  {in_pieces} of {} steps cut into pieces, {most_pieces} at most", s.steps)?;

@@ -104,6 +104,9 @@ pub enum Status {
     Infeasible,
     /// Contradictory rows were violated as little as possible; the residual is the violation ([`Solver::relax`]).
     LeastOverlap,
+    /// The law of friction was not met to the tolerance; it was solved with its corrections held, so that gaps of what
+    /// slides are off ([`Solver::relax`]). The residual is that of the problem with the corrections held.
+    HeldFriction,
     /// The factor of the matrix would exceed its size limit; the start is returned.
     TooLarge,
     /// A number was not finite; the best iterate before it is returned.
@@ -120,6 +123,7 @@ impl Status {
             Status::RoundingFloor => "rounding_floor",
             Status::Infeasible => "infeasible",
             Status::LeastOverlap => "least_overlap",
+            Status::HeldFriction => "held_friction",
             Status::TooLarge => "too_large",
             Status::NotFinite => "not_finite",
         }

@@ -132,6 +132,13 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         self.run(gamma, false)
     }
 
+    /// Solves a problem with cones with corrections held: see `friction`.
+    pub(super) fn solve_held(&mut self, problem: &Problem<D>, gamma: &mut [f64]) -> Outcome {
+        let Task { drive, settings, .. } = &mut self.task;
+        self.with_cones = true;
+        self.friction.solve_held(problem, gamma, drive, settings)
+    }
+
     /// Continues with the last problem from the last iterate.
     pub fn resume(&mut self, gamma: &mut [f64]) -> Outcome {
         let Task { cpu, drive, settings } = &mut self.task;

@@ -10,7 +10,7 @@ use std::path::Path;
 macro_rules! rows {
     ($($(#[$doc:meta])* $name:ident: $type:ty = $before:expr, $joins:ident, {
         $(column($column:ty $(= $absent:literal)?))?
-        $(counts($($count:tt)*))? $(retried($($again:tt)*))? $(largest($($largest:tt)*))?
+        $(counts($($count:tt)*))? $(retried($($again:tt)*))? $(largest($($largest:tt)*))? $(total($($total:tt)*))?
     };)*) => {
         /// The columns, in their order.
         pub const COLUMNS: &[&str] = &[$($(column!($name $column),)?)* "wall_seconds"];

@@ -90,6 +90,7 @@ macro_rules! totals {
         $(counts($($count:ident: $whole:ty = $how:ident),*))?
         $(retried($($again:ident: $again_whole:ty = $again_how:ident),*))?
         $(largest($largest:ident))?
+        $(total($total:ident))?
     };)*) => {
         /// Steps that did not go at once.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -120,6 +121,11 @@ macro_rules! totals {
                 #[doc = concat!("The largest [`StepReport::", stringify!($name), "`].")]
                 #[serde(default, deserialize_with = "or_infinite")]
                 pub $largest: f64,
+            )?)*
+            $($(
+                #[doc = concat!("The sum of [`StepReport::", stringify!($name), "`].")]
+                #[serde(default)]
+                pub $total: f64,
             )?)*
             /// Largest overlap of sub-spheres that a step left, where the method has them.
             pub proxy_overlap: Option<f64>,
@@ -162,6 +168,7 @@ macro_rules! totals {
                 $($($(over_steps!($again_how, self.retried.$again, report.$name);)*)?)*
                 $($($(over_steps!($how, self.$count, report.$name);)*)?)*
                 $($(self.$largest = worse(self.$largest, report.$name);)?)*
+                $($(self.$total += report.$name.unwrap_or_default();)?)*
             }
         }
     };

@@ -77,6 +77,19 @@ pub struct SolverSummary {
     pub unconverged_steps: Vec<UnconvergedStep>,
 }
 
+/// What friction did.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FrictionSummary {
+    /// How far a mean contact slips elastically before it slides, a length.
+    pub elastic_slip: f64,
+    /// The energy that it took over all steps, with what the springs of stick took up.
+    pub work: f64,
+    /// Solves in which its law was not met to the solver's tolerance, so that its corrections were held.
+    pub held_solves: u64,
+    /// The largest gap that it left at a contact that pushes, a length.
+    pub largest_gap: f64,
+}
+
 /// The peak memory.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PeakBytes {
@@ -171,6 +184,9 @@ pub struct Summary {
     pub largest_axial_spin: f64,
     /// Steps with rows that were rebuilt because they pushed bodies that no longer touched.
     pub steps_loosened: u64,
+    /// Friction; absent in a scene without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionSummary>,
     /// Repeated steps.
     pub retried: Retried,
     /// Recursions per step after the first solve: mean, largest, total.
@@ -265,6 +281,12 @@ impl Summary {
             largest_contact_energy: totals.largest_contact_energy,
             largest_axial_spin: totals.largest_axial_spin,
             steps_loosened: totals.steps_loosened,
+            friction: (!scene.friction().is_none()).then(|| FrictionSummary {
+                elastic_slip: scene.elastic_slip(),
+                work: totals.friction_work,
+                held_solves: totals.friction_held,
+                largest_gap: totals.largest_friction_gap,
+            }),
             retried: totals.retried,
             recursions: Recursions {
                 mean: mean(totals.recursions),

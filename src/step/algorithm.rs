@@ -56,6 +56,8 @@ pub struct Plan {
     pub(super) most_tilts: u32,
     /// The draw by which the rows that push most are tilted although they have a common solution.
     pub(super) disturbed: Option<u32>,
+    /// The gap that friction's law may be off by at a contact that pushes, a length.
+    pub(super) friction_gap: f64,
     /// Recursions that may move the offsets of rows before rows are appended.
     pub(super) most_tightenings: u32,
     /// Whether the least bad trial of an attempt is kept.
@@ -76,6 +78,7 @@ impl Plan {
             two_sided: model.contact.rows_of_method() == Rows::Auto,
             most_tilts: MOST_TILTS,
             disturbed: None,
+            friction_gap: model.contact.overlap_tolerance.max(model.friction.elastic_slip),
             most_tightenings: most_tightenings(model),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
         }
@@ -116,6 +119,8 @@ pub(super) struct Attempt {
     pub broken: Option<Guard>,
     /// Whether it was left to a backend that can rebuild rows.
     pub left: bool,
+    /// Whether friction's law is farther off than the plan allows.
+    pub rough: bool,
     /// The multipliers of the least bad trial and how bad it is, where steps that do not hold are accepted.
     pub least_bad: Option<(f64, Vec<f64>)>,
 }
@@ -129,6 +134,7 @@ impl Attempt {
             && self.report.passed.is_none()
             && self.broken.is_none()
             && !self.left
+            && !self.rough
     }
 
     /// Whether contact throws bodies, or pushes apart what is far from touching.
@@ -151,7 +157,7 @@ fn badness(overlap: &Overlap, residual: f64) -> f64 {
 /// Makes one attempt at what the backend begins next; nothing is accepted.
 pub(super) fn attempt(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
     let (report, least_bad) = (StepReport { pieces: 1, ..StepReport::default() }, None);
-    let mut tried = Attempt { report, overlap: Overlap::default(), broken: None, left: false, least_bad };
+    let mut tried = Attempt { report, overlap: Overlap::default(), broken: None, left: false, rough: false, least_bad };
     match plan.stepping {
         Stepping::Euler => euler(backend, plan, keep, &mut tried)?,
         Stepping::Midpoint => midpoint(backend, plan, keep, &mut tried)?,
@@ -324,6 +330,7 @@ impl Attempt {
     pub(super) fn take_effect<V: Verbs + ?Sized>(&mut self, backend: &mut V, plan: &Plan) -> Result<(), Fault> {
         let effect = backend.effect(GAP)?;
         self.report.take_effect(&effect);
+        self.rough = self.report.friction_gap > plan.friction_gap;
         self.broken = effect.broken(backend.two_sided().is_some()).filter(|_| plan.two_sided);
         Ok(())
     }

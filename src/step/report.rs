@@ -59,6 +59,7 @@ step_phases!(phases);
 /// * `counts(name: type = how)`: whole numbers of [`Totals`](crate::record::Totals), each the `sum`, the `most` or the
 ///   `last` of the steps' figures, or the number of `steps` that have some or `several`. `retried(...)`: the same of
 ///   [`Retried`](crate::record::Retried).
+/// * `total(name)`: an energy of [`Totals`](crate::record::Totals), the sum of the steps' that have some.
 /// * `largest(name)`: a length, an energy or an angle of [`Totals`](crate::record::Totals), the largest of the steps'.
 macro_rules! step_figures {
     ($then:ident) => {
@@ -154,7 +155,12 @@ macro_rules! step_figures {
             /// Contacts with friction that push and stick.
             sticking: Option<usize> = None, last, { column(Option<usize> = "") };
             /// The energy that friction took, with what the springs of stick took up.
-            friction_work: Option<f64> = None, total, { column(Option<f64> = "") };
+            friction_work: Option<f64> = None, total, { column(Option<f64> = "") total(friction_work) };
+            /// Solves in which the law of friction was not met to the tolerance, so that its corrections were held.
+            friction_held: u32 = 0, sum, { counts(friction_held: u64 = sum) };
+            /// What friction's law is off by, a length: the largest gap at a contact that pushes, or slip of one that
+            /// has friction left.
+            friction_gap: f64 = 0.0, most, { largest(largest_friction_gap) };
         }
     };
 }
@@ -236,6 +242,7 @@ impl StepReport {
         self.sliding = effect.friction.map(|friction| friction.sliding);
         self.sticking = effect.friction.map(|friction| friction.sticking);
         self.friction_work = effect.friction.map(|friction| friction.work);
+        self.friction_gap = effect.friction.map_or(0.0, |friction| friction.gap);
     }
 
     /// Adds how far bodies were moved to part them.
@@ -288,9 +295,13 @@ impl StepReport {
     /// Takes note of how a solve ended.
     pub(super) fn judge(&mut self, last: &Outcome) {
         self.relaxed += u32::from(last.status == Status::LeastOverlap);
+        self.friction_held += u32::from(last.status == Status::HeldFriction);
         match last.status {
-            Status::Solved | Status::LeastOverlap if self.unconverged == 0 => self.residual = last.residual,
-            Status::Solved | Status::LeastOverlap => {}
+            Status::Solved | Status::LeastOverlap | Status::HeldFriction => {
+                if self.unconverged == 0 {
+                    self.residual = last.residual;
+                }
+            }
             failed => {
                 self.residual = if self.unconverged > 0 { self.residual.max(last.residual) } else { last.residual };
                 self.unconverged += 1;

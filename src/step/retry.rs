@@ -237,7 +237,9 @@ impl Taking<'_> {
         again.prepare(piece, &self.waiting);
         // Waiting cells do not press others, so cells in line need no random disturbance.
         let most_tilts = if matches!(self.waiting, Waiting::None) { self.plan.most_tilts } else { 0 };
-        attempt(again, &Plan { most_tilts, ..self.plan.clone() }, self.keep)
+        // The shortest pieces are as right as friction gets.
+        let friction_gap = if piece.is_shortest() { f64::INFINITY } else { self.plan.friction_gap };
+        attempt(again, &Plan { most_tilts, friction_gap, ..self.plan.clone() }, self.keep)
     }
 
     pub(super) fn count_failure(&mut self, failed: &Result<Attempt, Fault>) {
@@ -317,7 +319,7 @@ impl Taking<'_> {
         }
         let overlap = again.trial(self.plan.contact.overlap_tolerance)?;
         (report.passed, report.constraints) = (again.passed()?, again.constraints());
-        Ok(Attempt { report, overlap, broken: None, left: false, least_bad: None })
+        Ok(Attempt { report, overlap, broken: None, left: false, rough: false, least_bad: None })
     }
 
     /// Takes the shortest piece with daughters that turn by less than their drawn angle, if cells divide in it. Cells

@@ -84,6 +84,9 @@ pub struct FrictionReport {
     /// The energy that friction takes, `sum of -f . s` over all contacts with the slips `s`; with what the springs of
     /// stick take up.
     pub work: f64,
+    /// What the law is off by, a length: the largest gap of a contact that pushes, by its rows, or slip of one that has
+    /// friction left.
+    pub gap: f64,
 }
 
 /// The largest angle by which contact may turn a body of revolution about its own axis: rounding gives some 1e-15 in 64

@@ -114,16 +114,20 @@ impl<const D: usize> RowSet<D> {
         let mut report = self.is_frictional().then(FrictionReport::default)?;
         for cone in self.cones() {
             let slip = |row: usize| self.problem.value(row, scaled) + self.problem.compliance[row] * self.gamma[row];
-            let [force, work] = cone.tangents.clone().fold([0.0, 0.0], |[force, work], row| {
-                let gamma = self.gamma[row];
-                [force + gamma * gamma, work - gamma * slip(row)]
+            let [force, slid, work] = cone.tangents.clone().fold([0.0, 0.0, 0.0], |[force, slid, work], row| {
+                let (gamma, slip) = (self.gamma[row], slip(row));
+                [force + gamma * gamma, slid + slip * slip, work - gamma * slip]
             });
             report.work += work;
             if self.gamma[cone.normal] > 0.0 {
                 // A contact that slides has the multiplier of its cone's surface, which is projected on it.
-                let slides = force.sqrt() >= cone.mu * self.gamma[cone.normal] * (1.0 - AT_THE_LIMIT);
-                report.sliding += usize::from(slides);
-                report.sticking += usize::from(!slides);
+                let left = cone.mu * self.gamma[cone.normal] * (1.0 - AT_THE_LIMIT) - force.sqrt();
+                report.sliding += usize::from(left <= 0.0);
+                report.sticking += usize::from(left > 0.0);
+                // What sticks has no slip, or no friction left.
+                let scale: f64 = self.problem.jacobian[cone.normal].as_flattened().iter().map(|j| j * j).sum();
+                let creeps = slid.sqrt().min(scale * left.max(0.0));
+                report.gap = report.gap.max(self.problem.value(cone.normal, scaled).abs()).max(creeps);
             }
         }
         Some(report)

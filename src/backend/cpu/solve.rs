@@ -1,17 +1,26 @@
 //! The solves of a step.
 
 use super::row_set::RowSet;
-use crate::lcp::{Outcome, Places, Portion, Settings, Solver};
+use crate::lcp::{Outcome, Places, Portion, Settings, Solver, Status};
 use crate::step::{Model, Rows};
 
 /// A solver, and what it has done in this step.
 pub(super) struct Solve<const D: usize, P: Portion<D>> {
     solver: Solver<D, P>,
+    /// The scene's.
+    settings: Settings,
     rows: Rows,
     /// Whether there was a solve in this step, and the residual that the last one left.
     solved: bool,
     residual: f64,
+    /// Solves with friction in this step that failed.
+    failures: u32,
 }
+
+/// After this many failures with friction in a step, whose rows are then hard, a solve has only this many iterations
+/// before its corrections are held.
+const MOST_FAILURES: u32 = 3;
+const ITERATIONS_OF_HARD_ROWS: u64 = 200;
 
 impl<const D: usize, P: Portion<D>> Solve<D, P> {
     pub(super) fn new(model: &Model) -> Self {
@@ -21,12 +30,13 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
             Rows::Auto => solver,
             Rows::Paper => solver.for_parallel_rows(),
         };
-        Solve { solver, rows, solved: false, residual: 0.0 }
+        let settings = solver.settings();
+        Solve { solver, settings, rows, solved: false, residual: 0.0, failures: 0 }
     }
 
     /// Begins a step with this body order and this portion of the rows.
     pub(super) fn begin(&mut self, places: Places, portion: P) {
-        self.solved = false;
+        (self.solved, self.failures) = (false, 0);
         if self.rows == Rows::Auto {
             self.solver.place(places, portion);
         }
@@ -49,7 +59,11 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
 
     /// Solves from the present multipliers, continuing the last solve if nothing changed.
     pub(super) fn solve(&mut self, rows: &mut RowSet<D>, tolerance: f64) -> Outcome {
-        self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
+        let frictional = !rows.problem.cones.is_empty();
+        let is_hard = frictional && self.failures >= MOST_FAILURES;
+        let most = if is_hard { ITERATIONS_OF_HARD_ROWS } else { u64::MAX };
+        let max_iterations = self.settings.max_iterations.min(most);
+        self.solver.set_settings(Settings { tolerance, max_iterations });
         let first = !std::mem::replace(&mut self.solved, true);
         let same = !rows.take_changed() && self.rows == Rows::Auto;
         let outcome = match (first, same) {
@@ -58,6 +72,7 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
             (false, false) => self.solver.solve_next(&rows.problem, &mut rows.gamma),
         };
         self.residual = outcome.residual;
+        self.failures += u32::from(frictional && outcome.status != Status::Solved);
         outcome
     }
 

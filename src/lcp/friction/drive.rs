@@ -2,6 +2,7 @@
 
 use super::rows::{Frictional, Measured};
 use crate::lcp::apgd::Apgd;
+use crate::lcp::cone::worse;
 use crate::lcp::drive::{Drive, Method, Progress, SolveState};
 use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::verbs::Verbs;
@@ -18,10 +19,14 @@ const MOST_BETWEEN: u64 = 100;
 const LEAST_OF_CHANGE: f64 = 0.1;
 
 /// `auto` goes on with `apgd` where so many iterations of `pair_block_cg` did not halve the residual.
-const ITERATIONS_TO_HALVE: u64 = 600;
+const ITERATIONS_TO_HALVE: u64 = 400;
 
-/// And ends where so many of `apgd` did not: the step is then solved with compliant normal rows, or taken in pieces.
-const LAST_ITERATIONS_TO_HALVE: u64 = 3_000;
+/// And ends where so many of `apgd` did not: the law is then solved with its corrections held.
+const LAST_ITERATIONS_TO_HALVE: u64 = 400;
+
+/// Most rounds with corrections held, of which each lowers those that leave an overlap. The last one has none, which
+/// leaves no overlap.
+const MOST_ROUNDS: u32 = 8;
 
 /// A method that goes on where the gradient is moved.
 trait Follows<const D: usize>: Method<Frictional<D>> {
@@ -119,6 +124,39 @@ impl<const D: usize> Friction<D> {
         self.run(gamma, drive, settings)
     }
 
+    /// Solves a problem with the corrections that belong to the multipliers `gamma`, which are near a solution of the
+    /// exact law. It is convex, and has a solution wherever the normal rows have one: the law but for gaps of what
+    /// slides, which are off by what the corrections are. Corrections that leave an overlap are lowered, in some rounds.
+    /// The residual is that of the convex problem, or what overlap is left.
+    pub fn solve_held(
+        &mut self,
+        problem: &Problem<D>,
+        gamma: &mut [f64],
+        drive: &mut Drive<Vec<f64>>,
+        settings: &Settings,
+    ) -> Outcome {
+        self.rows.rebuild(problem);
+        self.rows.import(gamma, &mut drive.at.x);
+        self.rows.hold(&drive.at.x);
+        self.accelerated = self.kind == SolverKind::Apgd;
+        let (mut iterations, mut products) = (0, 0);
+        let mut round = 0;
+        loop {
+            round += 1;
+            self.cg.keep_displacements(false);
+            self.rows.restart_count();
+            let mut outcome = self.run(gamma, drive, settings);
+            iterations += outcome.iterations;
+            products += outcome.products;
+            (outcome.iterations, outcome.products) = (iterations, products);
+            let overlap = self.rows.lower(&drive.at.x, round + 1 == MOST_ROUNDS);
+            if outcome.residual > settings.tolerance || overlap <= settings.tolerance || round == MOST_ROUNDS {
+                outcome.residual = worse(outcome.residual, overlap);
+                return outcome;
+            }
+        }
+    }
+
     /// Continues with the last problem from the last iterate.
     pub fn resume(&mut self, gamma: &mut [f64], drive: &mut Drive<Vec<f64>>, settings: &Settings) -> Outcome {
         self.rows.restart_count();
@@ -179,7 +217,7 @@ fn go<const D: usize, M: Follows<D>>(
         } else if progress.iterations - halved.0 >= patience {
             return None;
         }
-        if pace.is_due(progress.iterations, rows.measured, tolerance) {
+        if !rows.held && pace.is_due(progress.iterations, rows.measured, tolerance) {
             method.shift(rows.follow(&mut drive.at.g));
             pace.followed(progress);
         }

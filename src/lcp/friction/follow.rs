@@ -43,6 +43,16 @@ impl Follow {
         self.each[unit].offset
     }
 
+    /// Lowers the corrections that are over those of the slips `g`, or without slips to zero. What they move by goes to
+    /// the normal rows of `delta`.
+    pub fn lower(&mut self, units: &[Unit], g: Option<&[f64]>, delta: &mut [f64]) {
+        for (unit, own) in units.iter().zip(&mut self.each).filter(|(unit, _)| unit.mu > 0.0) {
+            let lowered = g.map_or(0.0, |g| own.offset.min(unit.mu * tangential(unit.get(g))));
+            delta[unit.rows().start] = lowered - own.offset;
+            own.offset = lowered;
+        }
+    }
+
     /// Moves the corrections towards those of the gaps and slips `g`. What they move by goes to the normal rows of
     /// `delta`, whose other rows are zero.
     pub fn update(&mut self, units: &[Unit], g: &[f64], delta: &mut [f64]) {

@@ -32,6 +32,8 @@ pub(crate) struct Frictional<const D: usize> {
     follow: Follow,
     /// The law without corrections: the convex relaxation of Anitescu and Tasora, for comparison.
     pub(super) relaxed: bool,
+    /// Whether the corrections stay as they are: the problem is convex.
+    pub(super) held: bool,
     /// At the last residual.
     pub(super) measured: Measured,
     delta: Vec<f64>,
@@ -64,6 +66,7 @@ impl<const D: usize> Frictional<D> {
         self.find_units(&problem.cones);
         self.pairs.rebuild(&self.product, &self.units, &self.compliance);
         self.follow.restart(self.units.len());
+        self.held = false;
         self.delta.clear();
         self.delta.resize(self.q.len(), 0.0);
         self.products = 0;
@@ -120,6 +123,32 @@ impl<const D: usize> Frictional<D> {
     /// Counts products from zero.
     pub fn restart_count(&mut self) {
         self.products = 0;
+    }
+
+    /// Holds the corrections that belong to these multipliers.
+    pub fn hold(&mut self, x: &Vec<f64>) {
+        let mut g = self.gaps(x);
+        self.follow(&mut g);
+        self.held = true;
+    }
+
+    /// The largest overlap that held corrections leave at these multipliers. Those that leave some are lowered to what
+    /// belongs to the slips, or all of them to nothing.
+    pub fn lower(&mut self, x: &Vec<f64>, to_nothing: bool) -> f64 {
+        let g = self.gaps(x);
+        let overlap = |(at, unit): (usize, &Unit)| self.follow.offset(at) - unit.get(&g)[0];
+        let worst = self.units.iter().enumerate().map(overlap).fold(0.0, worse);
+        self.follow.lower(&self.units, if to_nothing { None } else { Some(&g) }, &mut self.delta);
+        update(&mut self.q, [&self.delta], |q, [delta]| q + delta);
+        worst
+    }
+
+    /// The gaps and slips, with corrections.
+    fn gaps(&mut self, x: &Vec<f64>) -> Vec<f64> {
+        let mut g = Vec::new();
+        self.clear(&mut g);
+        self.gradient(x, &mut g);
+        g
     }
 
     /// Moves the corrections towards those of the gaps and slips `g`, and `g` along. Returns what its rows moved by.
@@ -234,13 +263,15 @@ impl<const D: usize> Verbs for Frictional<D> {
             let of = |g| cone::residual(x, g, unit.mu, unit.scale);
             let cones = of(g);
             measured.cones = worse(measured.cones, cones);
-            if self.relaxed || unit.mu == 0.0 {
+            if self.relaxed || self.held || unit.mu == 0.0 {
                 law = worse(law, cones);
                 continue;
             }
             let change = unit.mu * cone::tangential(g) - self.follow.offset(at);
             measured.change = worse(measured.change, change.abs());
             law = worse(law, of([g[0] + change, g[1], g[2]]));
+            // A cone that is wide open shows little of an overlap.
+            law = worse(law, self.follow.offset(at) - g[0]);
         }
         self.measured = measured;
         law

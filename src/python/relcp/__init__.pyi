@@ -10,7 +10,8 @@ _Overrides = Union[Mapping[str, Any], Iterable[str], None]
 _Backend = Literal["cpu", "gpu", "auto"]
 _Precision = Optional[Literal["f32", "f64"]]
 _Status = Literal[
-    "solved", "max_iterations", "no_progress", "rounding_floor", "infeasible", "least_overlap", "too_large", "not_finite"
+    "solved", "max_iterations", "no_progress", "rounding_floor", "infeasible", "least_overlap", "held_friction",
+    "too_large", "not_finite"
 ]
 _Floats = npt.NDArray[np.float64]
 _Vectors = npt.ArrayLike
@@ -226,6 +227,10 @@ class StepReport:
         """Pieces before which cells that pressed each other and found no way out were moved by a draw."""
 
     @property
+    def restitution_dropped(self) -> int:
+        """Pieces whose contacts had no restitution, as it would have made energy."""
+
+    @property
     def waiting(self) -> int:
         """Cells that had to wait, as there was no room for them."""
 
@@ -279,6 +284,15 @@ class StepReport:
     @property
     def friction_work(self) -> Optional[float]:
         """The energy that friction took, with what the springs of stick took up."""
+
+    @property
+    def friction_held(self) -> int:
+        """Solves in which the law of friction was not met to the tolerance, so that its corrections were held."""
+
+    @property
+    def friction_gap(self) -> float:
+        """What friction's law is off by, a length: the largest gap at a contact that pushes, or slip of one that has
+        friction left."""
 
     @property
     def passed_pair(self) -> Optional[tuple[int, int]]:

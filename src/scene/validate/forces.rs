@@ -129,7 +129,8 @@ impl Scene {
         }
         let message = match nearest(group, groups.iter().map(String::as_str)) {
             Some(near) => format!("no body is in the group `{group}`; the nearest group is `{near}`"),
-            None => format!("no body is in the group `{group}`; no body has a group"),
+            None if groups.is_empty() => format!("no body is in the group `{group}`; no body has a group"),
+            None => format!("no body is in the group `{group}`; the groups are {}", groups.join(", ")),
         };
         Err(SceneError::bad(key, message))
     }

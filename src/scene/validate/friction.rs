@@ -31,7 +31,7 @@ impl Scene {
             let [a, b] = &of.between;
             let same = |other: &[String; 2]| other == &of.between || other == &[b.clone(), a.clone()];
             if let Some(first) = friction.groups[..i].iter().position(|earlier| same(&earlier.between)) {
-                let message = format!("names the same groups as contact.friction.groups[{first}]");
+                let message = format!("names the same groups as {}", list.index(first));
                 return Err(SceneError::bad(between, message));
             }
         }

@@ -163,3 +163,42 @@ fn solvers_without_cones_refuse() {
     }
     assert!(KINDS.iter().all(|kind| kind.supports_friction()));
 }
+
+#[test]
+fn a_wide_cone_hides_no_overlap() {
+    // With a coefficient of 10 the projection of an overlap on the cone is a tenth of it.
+    let block = |row: usize, side: usize| std::array::from_fn(|k| if k == row { side as f64 - 0.5 } else { 0.0 });
+    let problem = Problem::<6> {
+        bodies: 2,
+        pair: vec![[0, 1]; 3],
+        jacobian: (0..3).map(|row| std::array::from_fn(|side| block(row, side))).collect(),
+        q: vec![-1e-3, 0.5, 0.0],
+        cones: vec![Cone::Friction(10.0), Cone::Tangent, Cone::Tangent],
+        compliance: vec![0.0; 3],
+    };
+    let settings = Settings { tolerance: 1e-9, max_iterations: 0 };
+    let outcome = Solver::new(SolverKind::Auto, settings).solve(&problem, &mut vec![0.0; 3]);
+    assert!(outcome.residual >= 1e-3, "{outcome:?}");
+}
+
+#[test]
+fn held_corrections_leave_gaps_and_no_overlap() {
+    for (seed, mu) in [(1, 1.0), (2, 2.0), (3, 5.0)] {
+        let problem = cloud(seed, 60, |_| mu, 1e-4);
+        // Too few iterations for the exact law.
+        let settings = Settings { tolerance: 1e-8, max_iterations: 60 };
+        let mut solver = Solver::new(SolverKind::Auto, settings);
+        let mut gamma = vec![0.0; problem.q.len()];
+        let exact = solver.solve(&problem, &mut gamma);
+        assert_ne!(exact.status, Status::Solved, "{exact:?}");
+        solver.set_settings(Settings { max_iterations: 100_000, ..settings });
+        let held = solver.relax(&problem, &mut gamma, 1e-6);
+        assert_eq!(held.status, Status::HeldFriction, "{held:?}");
+        let g = gradient(&problem, &gamma);
+        for row in (0..g.len()).filter(|row| problem.cones[*row] != Cone::Tangent) {
+            assert!(g[row] >= -1e-6, "{row}: {}", g[row]);
+            let friction = gamma[row + 1].hypot(gamma[row + 2]);
+            assert!(friction <= mu * gamma[row] * (1.0 + 1e-12));
+        }
+    }
+}
