@@ -127,7 +127,10 @@ impl<const D: usize> RowSet<D> {
                 // What sticks has no slip, or no friction left.
                 let scale: f64 = self.problem.jacobian[cone.normal].as_flattened().iter().map(|j| j * j).sum();
                 let creeps = slid.sqrt().min(scale * left.max(0.0));
-                report.gap = report.gap.max(self.problem.value(cone.normal, scaled).abs()).max(creeps);
+                // A push that moves nothing may be apart.
+                let gap = self.problem.value(cone.normal, scaled);
+                let apart = gap.min(scale * self.gamma[cone.normal]);
+                report.gap = report.gap.max(apart).max(-gap).max(creeps);
             }
         }
         Some(report)

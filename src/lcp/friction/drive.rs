@@ -19,10 +19,10 @@ const MOST_BETWEEN: u64 = 100;
 const LEAST_OF_CHANGE: f64 = 0.1;
 
 /// `auto` goes on with `apgd` where so many iterations of `pair_block_cg` did not halve the residual.
-const ITERATIONS_TO_HALVE: u64 = 400;
+const ITERATIONS_TO_HALVE: u64 = 600;
 
 /// And ends where so many of `apgd` did not: the law is then solved with its corrections held.
-const LAST_ITERATIONS_TO_HALVE: u64 = 400;
+const LAST_ITERATIONS_TO_HALVE: u64 = 600;
 
 /// Most rounds with corrections held, of which each lowers those that leave an overlap. The last one has none, which
 /// leaves no overlap.
