@@ -98,6 +98,9 @@ pub struct Arguments {
     /// For hard: run this number of scenes of pressed bodies drawn from --seed, instead of the cases
     #[arg(long, value_name = "N")]
     pub pressed: Option<u64>,
+    /// With --random, --confined or --pressed: scenes get friction, and some restitution
+    #[arg(long, conflicts_with_all = ["chambers", "lines"])]
+    pub friction: bool,
     /// For hard: run this number of growth chambers drawn from --seed, each until it overflows, instead of the cases
     #[arg(long, value_name = "N", conflicts_with_all = ["random", "confined", "pressed", "lines"])]
     pub chambers: Option<u64>,

@@ -8,6 +8,7 @@ mod page;
 mod place;
 mod pressed;
 mod room;
+mod rough;
 mod run;
 mod shapes;
 mod watch;

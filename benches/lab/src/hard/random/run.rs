@@ -1,5 +1,6 @@
 //! Runs drawn scenes, each on its own thread, and judges each run.
 
+use super::rough::roughen;
 use super::watch::Watch;
 use super::{Drawn, confined, pressed, random};
 use crate::StudyError;
@@ -63,6 +64,8 @@ pub struct Options {
     pub threads: usize,
     /// The largest number of steps of each scene.
     pub most_steps: u64,
+    /// Whether scenes get friction, and some restitution.
+    pub rough: bool,
     /// The backend.
     pub compute: Compute,
 }
@@ -75,7 +78,12 @@ pub struct Options {
 pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row>, StudyError> {
     let rows = spread(tickets.len(), options.threads, &|place| {
         let ticket = tickets[place];
-        let row = ticket.draw(options.seed).map(|drawn| run(ticket.from, drawn, options.most_steps, &options.compute));
+        let row = ticket.draw(options.seed).map(|mut drawn| {
+            if options.rough {
+                roughen(options.seed, ticket.number, &mut drawn);
+            }
+            run(ticket.from, drawn, options.most_steps, &options.compute)
+        });
         if let Ok(row) = &row {
             seen(row);
         }
