@@ -297,11 +297,8 @@ impl StepReport {
         self.relaxed += u32::from(last.status == Status::LeastOverlap);
         self.friction_held += u32::from(last.status == Status::HeldFriction);
         match last.status {
-            Status::Solved | Status::LeastOverlap | Status::HeldFriction => {
-                if self.unconverged == 0 {
-                    self.residual = last.residual;
-                }
-            }
+            Status::Solved | Status::LeastOverlap if self.unconverged == 0 => self.residual = last.residual,
+            Status::Solved | Status::LeastOverlap => {}
             failed => {
                 self.residual = if self.unconverged > 0 { self.residual.max(last.residual) } else { last.residual };
                 self.unconverged += 1;
