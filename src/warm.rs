@@ -16,3 +16,10 @@ pub struct Warm {
     /// Its last normal; zero if none was found.
     pub normal: DVec3,
 }
+
+impl Warm {
+    /// The force on the second body, where the contact has this normal.
+    pub fn force(&self, normal: DVec3) -> DVec3 {
+        self.gamma * normal + self.tangent
+    }
+}

@@ -97,12 +97,12 @@ pub fn tighten<const D: usize>(
     (separation, there): (f64, &[[f64; D]; 2]),
     scaled: &[[f64; D]],
 ) -> bool {
-    let ([a, b], [ja, jb]) = (problem.pair[row], &problem.jacobian[row]);
+    let [ja, jb] = &problem.jacobian[row];
     let dot = |j: &[f64; D], v: &[f64; D]| j.iter().zip(v).map(|(j, v)| j * v).sum::<f64>();
     let both = |[a, b]: [&[f64; D]; 2], [c, d]: [&[f64; D]; 2]| dot(a, c) + dot(b, d);
     let (own, other) = ([ja, jb], [&there[0], &there[1]]);
     let aligned = both(own, other) > LEAST_ALIGNED * (both(own, own) * both(other, other)).sqrt();
-    let g = problem.q[row] + dot(ja, &scaled[a as usize]) + dot(jb, &scaled[b as usize]);
+    let g = problem.value(row, scaled);
     let tightens = aligned && separation < g;
     if tightens {
         problem.q[row] += separation - g;
@@ -125,12 +125,22 @@ pub fn row<const D: usize>(found: &Separation, [a, b]: [Mover<'_>; 2], dt: f64) 
     let linear = (b.motion.free.linear - b.reached_with.linear) - (a.motion.free.linear - a.reached_with.linear);
     let still_to_come = normal.dot(linear) + arm_b.dot(b.motion.free.angular - b.reached_with.angular)
         - arm_a.dot(a.motion.free.angular - a.reached_with.angular);
+    (blocks([a, b], normal, [arm_a, arm_b], dt), found.separation + dt * still_to_come)
+}
+
+/// The blocks of a row along `direction`, with these torque arms.
+fn blocks<const D: usize>(
+    [a, b]: [Mover<'_>; 2],
+    direction: DVec3,
+    [arm_a, arm_b]: [DVec3; 2],
+    dt: f64,
+) -> [[f64; D]; 2] {
     let root = dt.sqrt();
-    let block = |mover: &Mover<'_>, normal: DVec3, arm: DVec3| {
+    let block = |mover: Mover<'_>, direction: DVec3, arm: DVec3| {
         let factor = &mover.motion.factor;
-        pack::<D>(root * factor.translation * normal, root * (factor.rotation * arm))
+        pack::<D>(root * factor.translation * direction, root * (factor.rotation * arm))
     };
-    ([block(&a, -normal, -arm_a), block(&b, normal, arm_b)], found.separation + dt * still_to_come)
+    [block(a, -direction, -arm_a), block(b, direction, arm_b)]
 }
 
 /// The velocity `U = U_free + L v / sqrt(dt)` of a body whose scaled contact velocity is `v`.

@@ -1,8 +1,8 @@
 //! The contact pressure of each body, from the contact forces that a step ended with.
 //!
-//! With the force `gamma n` on b, with friction `gamma n + t` (and its opposite on a), and the levers from the centres to the contact, half-way
-//! between the surfaces, a body's virial is the sum of force times lever over its contacts, positive in compression;
-//! over its own volume and the dimension it is its pressure (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J.
+//! A contact has the force `gamma n` on b, with friction `gamma n + t`, and its opposite on a. The levers go from the
+//! centres to the contact, half-way between the surfaces. A body's virial is the sum of force times lever over its
+//! contacts, positive in compression; over its own volume and the dimension it is its pressure (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J.
 //! Appl. Mech. 48, 339 (1981); a body's own part of their stress). In a planar scene it is a force over a length, with
 //! the area of a rod's section. `relcp measure` and `relcp render` use the same number.
 
@@ -11,7 +11,6 @@ use crate::separation::{branch, reach_across, reach_of_place, separate_in};
 use crate::shape::Shape;
 use crate::walls::surface_of;
 use crate::warm::Warm;
-use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -38,7 +37,7 @@ pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
         let delta = of_b.position - of_a.position;
         // From a's centre to the point half-way between the surfaces, and from b's.
         let to_a = 0.5 * (found.lever_a + delta + found.lever_b);
-        let force = warm.gamma * found.normal + warm.tangent;
+        let force = warm.force(found.normal);
         Some([(a, force.dot(to_a)), (b, -force.dot(to_a - delta))])
     };
     let parts: Vec<_> = warm.par_iter().with_min_len(LEAST_PAIRS_A_TASK).map(of_pair).collect();
@@ -56,10 +55,7 @@ pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
 pub(crate) fn virial_of_wall(bodies: &Bodies, warm: &Warm) -> Option<f64> {
     let placed = || bodies.placed(warm.pair[0] as usize);
     let reach = || reach_of_place(&placed(), warm.feature, warm.normal);
-    let across = || match warm.tangent == DVec3::ZERO {
-        true => 0.0,
-        false => reach_across(&placed(), warm.feature, warm.normal, warm.tangent),
-    };
+    let across = || reach_across(&placed(), warm.feature, warm.normal, warm.tangent);
     (warm.gamma > 0.0 && warm.normal.is_normalized()).then(|| warm.gamma * reach() + across())
 }
 

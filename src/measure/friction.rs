@@ -1,11 +1,11 @@
 //! Friction of the contacts that push: how much of it they use, and which of them slide.
 //!
-//! A contact uses the part `|t| / mu gamma` of the friction that its normal force `gamma` allows, its mobilised friction
-//! (for packings: L. E. Silbert, D. Ertas, G. S. Grest, T. C. Halsey, D. Levine, Phys. Rev. E 65, 051302 (2002)); at 1
-//! it slides. Contacts with walls count.
+//! A contact uses the part `|t| / mu gamma` of the friction that its normal force `gamma` allows. This is its mobilised
+//! friction (for packings: L. E. Silbert, D. Ertas, G. S. Grest, T. C. Halsey, D. Levine, Phys. Rev. E 65, 051302
+//! (2002)); at 1 it slides. Contacts with walls count.
 
 use super::{About, Column, Found, LeftOut, Measure, View, cell, count};
-use crate::walls::surface_of;
+use crate::warm::Warm;
 
 const COLUMNS: [Column; 5] = [
     Column { name: "friction_contacts", what: "contacts that push and have friction, with walls too" },
@@ -35,21 +35,12 @@ impl Measure for Friction {
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
         let coefficients = view.frame.friction.as_ref().ok_or("the run's scene is not there, or has no friction")?;
-        let Some(warm) = &view.state.warm else {
-            return Err(
-                "the state has no contact forces: only a checkpoint has, and states of a run with output.forces".into(),
-            );
+        let used = |warm: &Warm| {
+            let coefficient = coefficients.of_pair(warm.pair, &view.bodies().group);
+            let force = warm.tangent.length();
+            (coefficient > 0.0).then(|| (force, force / (coefficient * warm.gamma)))
         };
-        let group = &view.bodies().group;
-        let used = |pair: [u32; 2], gamma: f64, force: f64| {
-            let coefficient = match surface_of(pair[1]) {
-                Some(surface) => coefficients.of_surface(surface),
-                None => coefficients.of_bodies(pair.map(|body| group[body as usize])),
-            };
-            (coefficient > 0.0).then(|| (force, force / (coefficient * gamma)))
-        };
-        let pushing = warm.iter().filter(|warm| warm.gamma > 0.0);
-        let all: Vec<_> = pushing.filter_map(|warm| used(warm.pair, warm.gamma, warm.tangent.length())).collect();
+        let all: Vec<_> = view.forces()?.iter().filter(|warm| warm.gamma > 0.0).filter_map(used).collect();
         let mean = |sum: f64| if all.is_empty() { None } else { cell(sum / all.len() as f64) };
         let sliding = all.iter().filter(|(_, part)| *part >= 1.0 - AT_THE_LIMIT).count();
         let most = all.iter().fold(0.0, |most: f64, (force, _)| most.max(*force));
@@ -58,7 +49,7 @@ impl Measure for Friction {
             mean(all.iter().map(|(_, part)| part).sum()),
             mean(sliding as f64),
             mean(all.iter().map(|(force, _)| force).sum()),
-            mean(all.len() as f64 * most),
+            (!all.is_empty()).then_some(most),
         ];
         Ok(Found { values, ..Found::default() })
     }

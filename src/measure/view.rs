@@ -7,6 +7,7 @@ use crate::dynamics::virial_of_wall;
 use crate::record::{ContactForce, Snapshot, TOUCHING, contacts};
 use crate::separation::{branch, is_branch, separate_in};
 use crate::walls::surface_of;
+use crate::warm::Warm;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -107,19 +108,28 @@ impl<'a> View<'a> {
         self.contacts().iter().filter(move |contact| contact.separation <= cutoff)
     }
 
-    /// The contacts that push, with forces above zero.
+    /// The forces that the last step ended with, by branch or sub-sphere.
     ///
     /// # Errors
-    /// [`LeftOut`] if the state has no contact forces, or only those of sub-spheres.
-    pub fn pushing(&self) -> Result<impl Iterator<Item = &ContactForce>, LeftOut> {
+    /// [`LeftOut`] if the state has none.
+    pub fn forces(&self) -> Result<&[Warm], LeftOut> {
         let Some(warm) = &self.state.warm else {
             return Err(
                 "the state has no contact forces: only a checkpoint has, and states of a run with output.forces".into(),
             );
         };
-        if self.state.step == 0 {
-            return Err("no step has been taken, so there are no contact forces".into());
+        match self.state.step {
+            0 => Err("no step has been taken, so there are no contact forces".into()),
+            _ => Ok(warm),
         }
+    }
+
+    /// The contacts that push, with forces above zero.
+    ///
+    /// # Errors
+    /// [`LeftOut`] if the state has no contact forces, or only those of sub-spheres.
+    pub fn pushing(&self) -> Result<impl Iterator<Item = &ContactForce>, LeftOut> {
+        let warm = self.forces()?;
         if warm.iter().any(|warm| surface_of(warm.pair[1]).is_none() && !is_branch(warm.feature)) {
             return Err("the contact forces are those of sub-spheres".into());
         }
@@ -141,7 +151,7 @@ impl<'a> View<'a> {
             let found = branch(&of_a, &of_b, &nearest, warm.feature);
             let delta = of_b.position - of_a.position;
             let lever = 0.5 * (found.lever_a + delta + found.lever_b);
-            Some(Push { pair, force: warm.gamma * found.normal + warm.tangent, delta, lever })
+            Some(Push { pair, force: warm.force(found.normal), delta, lever })
         }))
     }
 

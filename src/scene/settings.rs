@@ -27,8 +27,9 @@ const LEAST_PER_OVERLAP: f64 = 1e-8;
 /// stalled.
 const MOST_ITERATIONS: u64 = 100_000;
 
-/// The default elastic slip in solver tolerances: a pile of ten spheres at rest moves by 9e-6 of a radius in 5,000 steps
-/// with 100 and by ever more with 30, and collapses with 10, since gaps that solves leave open unload contacts.
+/// The default elastic slip in solver tolerances. A pile of ten spheres at rest moves by 5e-5 of a radius in 5,000
+/// steps with 100, and by 2e-5 with 300. A prototype's pile moved ever more with 30, and collapsed with 10: gaps that
+/// solves leave open unload contacts.
 const SLIP_PER_TOLERANCE: f64 = 100.0;
 
 /// The default number of recorded states of a run: a movie of some seconds.

@@ -79,8 +79,8 @@ impl Together {
         self.processes.broadcast(&[END]);
     }
 
-    /// Whether steps of a scene can be distributed: the solver must support it, saved LCPs need all rows, and so does
-    /// friction; restitution is that of whole steps.
+    /// Whether steps of a scene can be distributed: the solver must support it, saved LCPs need all rows. Steps with
+    /// friction or restitution are not distributed.
     fn shares(&self, scene: &Scene) -> bool {
         let supported = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
         supported

@@ -162,7 +162,8 @@ impl Walls {
     /// ```
     /// use relcp::periodic::Periods;
     /// use relcp::walls::{Wall, Walls};
-    /// let channel = Wall::Channel { center: [0.0; 3], normal: [0.0, 1.0, 0.0], width: 2.0, motion: None, friction: None };
+    /// let (center, normal) = ([0.0; 3], [0.0, 1.0, 0.0]);
+    /// let channel = Wall::Channel { center, normal, width: 2.0, motion: None, friction: None };
     /// let walls = Walls::new(&[channel], true);
     /// assert!(!walls.are_closed(&Periods::default(), true));
     /// assert!(walls.are_closed(&Periods::new([Some(9.0), None, None]), true));

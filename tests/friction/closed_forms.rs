@@ -58,7 +58,6 @@ fn a_billiard_ball_with_side_spin_ends_where_theory_says() {
 
 #[test]
 fn friction_has_no_preferred_direction() {
-    // Discs that lie flat would turn; a ball with its spin at half of rolling keeps its direction.
     for k in 0..19 {
         let angle = TAU * f64::from(k) / 19.0;
         let thrown = with(ball([0.0, 0.0, 1.0]), "velocity", json!([3.0 * angle.cos(), 3.0 * angle.sin(), 0.0]));

@@ -15,18 +15,11 @@ use crate::warm::Warm;
 use glam::DVec3;
 
 impl Setup {
-    /// The coefficient of friction of a pair; zero while bodies are parted in no time.
-    fn coefficient(&self, bodies: &Bodies, [a, b]: [u32; 2]) -> f64 {
-        match surface_of(b) {
-            Some(surface) => self.friction.of_surface(surface),
-            None => self.friction.of_bodies([a, b].map(|body| bodies.group[body as usize])),
-        }
-    }
-
     /// The compliance of stick in a step that follows one with these forces: a mean contact at its limit has slipped by
     /// the scene's elastic slip. Zero where nothing pushed.
     fn compliance(&self, bodies: &Bodies, last: &[Warm]) -> f64 {
-        let limits = last.iter().filter(|w| w.gamma > 0.0).map(|w| w.gamma * self.coefficient(bodies, w.pair));
+        let limits =
+            last.iter().filter(|w| w.gamma > 0.0).map(|w| w.gamma * self.friction.of_pair(w.pair, &bodies.group));
         let (sum, count) =
             limits.filter(|limit| *limit > 0.0).fold((0.0, 0u32), |(sum, n), limit| (sum + limit, n + 1));
         if count == 0 { 0.0 } else { self.friction.elastic_slip * f64::from(count) / sum }
@@ -67,7 +60,7 @@ impl Making<'_> {
 
     fn sliding<const D: usize>(&self, near: &Near, movers: [Mover<'_>; 2], held: DVec3) -> Option<Sliding<D>> {
         let Stick { compliance } = self.stick?;
-        let mu = self.setup.coefficient(&self.start.bodies, near.pair);
+        let mu = self.setup.friction.of_pair(near.pair, &self.start.bodies.group);
         let slip = ElasticSlip { compliance, held };
         (mu > 0.0)
             .then(|| Sliding::new(mu, &near.found, movers, self.surface_velocity(near), slip, self.start.interval))

@@ -24,7 +24,7 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
         self.state.clone_from(state);
         self.state.unrounded = None;
         self.team.reset();
-        (self.next, self.start.parting, self.start.shake, self.start.without_restitution) = (None, false, None, false);
+        (self.next, self.start.parting, self.start.shake) = (None, false, None);
         Ok(())
     }
 

@@ -84,8 +84,8 @@ impl Motions {
         }
     }
 
-    /// The blocks and the offset of the normal row of `near`, which was found where the velocities `reached` lead in the
-    /// present part.
+    /// The blocks and the offset of the normal row of `near`, which was found where the velocities `reached` lead in
+    /// the present part.
     pub(super) fn row<const D: usize>(&self, start: &Start, near: &Near, reached: &[Twist]) -> Row<D> {
         let movers = near.pair.map(|number| self.mover(start, number, reached));
         constraint::row(&near.found, movers, start.interval)

@@ -5,8 +5,8 @@
 //! `g >= 0` is `v+ >= rho |v-|`. A body at rest has `v- = 0`: no threshold of velocity is needed. Contacts that are
 //! found at trials have none.
 //!
-//! Several contacts at once, or friction, can make energy of it (C. Glocker, Multibody Syst. Dyn. 29, 77 (2013)): a step
-//! whose contacts add energy is taken again without.
+//! Several contacts at once, or friction, can make energy of it (C. Glocker, Multibody Syst. Dyn. 29, 77 (2013)). A
+//! step whose contacts add energy is taken again without restitution.
 
 use super::narrow_phase::Near;
 use super::setup::Setup;

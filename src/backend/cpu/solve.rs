@@ -72,6 +72,8 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
             (false, false) => self.solver.solve_next(&rows.problem, &mut rows.gamma),
         };
         self.residual = outcome.residual;
+        // What follows a failure has all iterations.
+        self.solver.set_settings(Settings { tolerance, ..self.settings });
         self.failures += u32::from(frictional && outcome.status != Status::Solved);
         outcome
     }

@@ -1,6 +1,7 @@
 //! The coefficients of friction of a scene's contacts, by the numbers of groups and of walls' surfaces.
 
 use super::Friction;
+use crate::walls::surface_of;
 use std::collections::BTreeMap;
 
 /// The coefficient of friction of every contact that a scene may have, and how far stick gives.
@@ -37,8 +38,16 @@ impl Coefficients {
         self.bodies == 0.0 && self.groups.values().chain(&self.surfaces).all(|coefficient| *coefficient == 0.0)
     }
 
+    /// Of a pair, where bodies have these groups. The second of a pair may be a surface of a wall.
+    pub fn of_pair(&self, [a, b]: [u32; 2], groups: &[u32]) -> f64 {
+        match surface_of(b) {
+            Some(surface) => self.of_surface(surface),
+            None => self.of_bodies([a, b].map(|body| groups[body as usize])),
+        }
+    }
+
     /// Between bodies of these groups.
-    pub fn of_bodies(&self, [a, b]: [u32; 2]) -> f64 {
+    fn of_bodies(&self, [a, b]: [u32; 2]) -> f64 {
         if self.groups.is_empty() {
             return self.bodies;
         }
@@ -46,7 +55,7 @@ impl Coefficients {
     }
 
     /// Between a body and a surface of a wall.
-    pub fn of_surface(&self, surface: usize) -> f64 {
+    fn of_surface(&self, surface: usize) -> f64 {
         self.surfaces.get(surface).copied().unwrap_or_default()
     }
 }

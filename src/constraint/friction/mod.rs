@@ -1,4 +1,4 @@
-//! Coulomb friction of contacts: its coefficients, and the tangent rows of a contact.
+//! Coulomb friction and restitution of contacts: the coefficients of both, and the tangent rows of a contact.
 //!
 //! A contact with the normal `n`, the tangents `t1`, `t2` and the coefficient `mu` has a normal row as one without
 //! friction, and a row a tangent, whose value at the total velocity `U` is the slip of the step, a length:

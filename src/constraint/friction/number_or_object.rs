@@ -9,7 +9,7 @@ use std::fmt;
 use std::marker::PhantomData;
 
 /// Coefficients that a number can stand for.
-pub(crate) trait Coefficients: Serialize + for<'de> Deserialize<'de> + JsonSchema {
+pub(crate) trait NumberStands: Serialize + for<'de> Deserialize<'de> + JsonSchema {
     /// The name of what is a number or these.
     const EITHER: &'static str;
     /// The keys of the object.
@@ -23,7 +23,7 @@ pub(crate) trait Coefficients: Serialize + for<'de> Deserialize<'de> + JsonSchem
 }
 
 /// Writes a number where one stands for all contacts.
-pub(crate) fn serialize<C: Coefficients, S: Serializer>(coefficients: &C, to: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn serialize<C: NumberStands, S: Serializer>(coefficients: &C, to: S) -> Result<S::Ok, S::Error> {
     match coefficients.number() {
         Some(number) => to.serialize_f64(number),
         None => coefficients.serialize(to),
@@ -31,13 +31,13 @@ pub(crate) fn serialize<C: Coefficients, S: Serializer>(coefficients: &C, to: S)
 }
 
 /// Reads a number or an object.
-pub(crate) fn deserialize<'de, C: Coefficients, D: Deserializer<'de>>(from: D) -> Result<C, D::Error> {
+pub(crate) fn deserialize<'de, C: NumberStands, D: Deserializer<'de>>(from: D) -> Result<C, D::Error> {
     from.deserialize_any(NumberOrObject(PhantomData))
 }
 
 struct NumberOrObject<C>(PhantomData<C>);
 
-impl<'de, C: Coefficients> Visitor<'de> for NumberOrObject<C> {
+impl<'de, C: NumberStands> Visitor<'de> for NumberOrObject<C> {
     type Value = C;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -64,7 +64,7 @@ impl<'de, C: Coefficients> Visitor<'de> for NumberOrObject<C> {
 /// The schema of it.
 pub(crate) struct NumberOr<C>(PhantomData<C>);
 
-impl<C: Coefficients> JsonSchema for NumberOr<C> {
+impl<C: NumberStands> JsonSchema for NumberOr<C> {
     fn schema_name() -> Cow<'static, str> {
         C::EITHER.into()
     }

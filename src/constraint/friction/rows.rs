@@ -1,7 +1,7 @@
 //! The tangent rows of a contact.
 
-use super::super::{Mover, Row, torque_arm};
-use crate::freedom::{PLANAR, pack};
+use super::super::{Mover, Row, blocks, torque_arm};
+use crate::freedom::PLANAR;
 use crate::separation::Separation;
 use glam::DVec3;
 
@@ -65,11 +65,7 @@ impl<const D: usize> Sliding<D> {
             let linear = direction.dot(free_b.linear - free_a.linear + surfaces);
             let free = dt * (linear + arm_b.dot(free_b.angular) - arm_a.dot(free_a.angular));
             let held = slip.held.dot(direction);
-            let block = |mover: &Mover<'_>, direction: DVec3, arm: DVec3| {
-                let (factor, root) = (&mover.motion.factor, dt.sqrt());
-                pack::<D>(root * factor.translation * direction, root * (factor.rotation * arm))
-            };
-            let jacobian = [block(&a, -direction, -arm_a), block(&b, direction, arm_b)];
+            let jacobian = blocks([a, b], direction, [arm_a, arm_b], dt);
             Tangent { direction, row: (jacobian, free - slip.compliance * held), held }
         };
         Sliding { mu, compliance: slip.compliance, tangents: tangents::<D>(found.normal).map(tangent) }

@@ -55,7 +55,7 @@ impl Friction {
 }
 
 #[cfg(feature = "files")]
-impl super::number_or_object::Coefficients for Friction {
+impl super::number_or_object::NumberStands for Friction {
     const EITHER: &'static str = "NumberOrFriction";
     const KEYS: &'static str = "`bodies`, `walls` or `groups`";
     const LARGEST: u32 = LARGEST_COEFFICIENT as u32;
@@ -99,7 +99,7 @@ impl Restitution {
 }
 
 #[cfg(feature = "files")]
-impl super::number_or_object::Coefficients for Restitution {
+impl super::number_or_object::NumberStands for Restitution {
     const EITHER: &'static str = "NumberOrRestitution";
     const KEYS: &'static str = "`bodies` or `walls`";
     const LARGEST: u32 = 1;

@@ -24,8 +24,8 @@ const ITERATIONS_TO_HALVE: u64 = 600;
 /// And ends where so many of `apgd` did not: the law is then solved with its corrections held.
 const LAST_ITERATIONS_TO_HALVE: u64 = 600;
 
-/// Most rounds with corrections held, of which each lowers those that leave an overlap. The last one has none, which
-/// leaves no overlap.
+/// The largest number of rounds with corrections held. Each round lowers the corrections that leave an overlap. The
+/// last round has no corrections, and leaves no overlap.
 const MOST_ROUNDS: u32 = 8;
 
 /// A method that goes on where the gradient is moved.
@@ -117,17 +117,22 @@ impl<const D: usize> Friction<D> {
     ) -> Outcome {
         assert!(self.kind.supports_friction(), "{:?} does not solve problems with cones", self.kind);
         problem.check();
+        self.load(problem, gamma, drive);
+        self.run(gamma, drive, settings)
+    }
+
+    /// Takes a problem and its start.
+    fn load(&mut self, problem: &Problem<D>, gamma: &[f64], drive: &mut Drive<Vec<f64>>) {
         self.rows.rebuild(problem);
         self.rows.import(gamma, &mut drive.at.x);
         self.cg.keep_displacements(false);
         self.accelerated = self.kind == SolverKind::Apgd;
-        self.run(gamma, drive, settings)
     }
 
     /// Solves a problem with the corrections that belong to the multipliers `gamma`, which are near a solution of the
     /// exact law. It is convex, and has a solution wherever the normal rows have one: the law but for gaps of what
-    /// slides, which are off by what the corrections are. Corrections that leave an overlap are lowered, in some rounds.
-    /// The residual is that of the convex problem, or what overlap is left.
+    /// slides, which are off by what the corrections are. Some rounds lower the corrections that leave an overlap. The
+    /// residual is that of the convex problem, or the overlap that is left.
     pub fn solve_held(
         &mut self,
         problem: &Problem<D>,
@@ -135,10 +140,8 @@ impl<const D: usize> Friction<D> {
         drive: &mut Drive<Vec<f64>>,
         settings: &Settings,
     ) -> Outcome {
-        self.rows.rebuild(problem);
-        self.rows.import(gamma, &mut drive.at.x);
+        self.load(problem, gamma, drive);
         self.rows.hold(&drive.at.x);
-        self.accelerated = self.kind == SolverKind::Apgd;
         let (mut iterations, mut products) = (0, 0);
         let mut round = 0;
         loop {
