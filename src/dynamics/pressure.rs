@@ -2,9 +2,10 @@
 //!
 //! A contact has the force `gamma n` on b, with friction `gamma n + t`, and its opposite on a. The levers go from the
 //! centres to the contact, half-way between the surfaces. A body's virial is the sum of force times lever over its
-//! contacts, positive in compression; over its own volume and the dimension it is its pressure (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J.
-//! Appl. Mech. 48, 339 (1981); a body's own part of their stress). In a planar scene it is a force over a length, with
-//! the area of a rod's section. `relcp measure` and `relcp render` use the same number.
+//! contacts, positive in compression; over its own volume and the dimension it is its pressure (J. Christoffersen, M.
+//! M. Mehrabadi, S. Nemat-Nasser, J. Appl. Mech. 48, 339 (1981); a body's own part of their stress). In a planar scene
+//! it is a force over a length, with the area of a rod's section. `relcp measure` and `relcp render` use the same
+//! number.
 
 use crate::bodies::Bodies;
 use crate::separation::{branch, reach_across, reach_of_place, separate_in};

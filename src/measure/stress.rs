@@ -1,11 +1,12 @@
 //! Contact stress and pressure, from the contact forces of a checkpoint.
 //!
-//! With the force `f = gamma n` on b, with friction `gamma n + t` (and its opposite on a), and the centres' distance
-//! `l = x_b - x_a`, the virial of a contact is `f l^T`; the stress, positive where it compresses, is their sum's symmetric part over the bodies'
-//! own volume, and the pressure its trace over the dimension (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J.
-//! Appl. Mech. 48, 339 (1981)). Times a packing fraction it is the stress of the packing as a whole. A body's own part
-//! has its lever instead of `l`; the profile is the sum of these parts over a ring's area. Only contacts count, neither
-//! drag nor inertia. Contacts with walls count in a body's own part, and so in the profile, but not in the stress.
+//! With the force `f = gamma n` on b, with friction `gamma n + t` (and its opposite on a), and the centres' distance `l
+//! = x_b - x_a`, the virial of a contact is `f l^T`; the stress, positive where it compresses, is their sum's symmetric
+//! part over the bodies' own volume, and the pressure its trace over the dimension (J. Christoffersen, M. M. Mehrabadi,
+//! S. Nemat-Nasser, J. Appl. Mech. 48, 339 (1981)). Times a packing fraction it is the stress of the packing as a
+//! whole. A body's own part has its lever instead of `l`; the profile is the sum of these parts over a ring's area.
+//! Only contacts count, neither drag nor inertia. Contacts with walls count in a body's own part, and so in the
+//! profile, but not in the stress.
 
 use super::bins::Bins;
 use super::density::ring;
