@@ -257,3 +257,32 @@ fn seen_along(support: &Support, axis: DVec3) -> ([f64; 2], DVec3, DVec3) {
     let (first, second) = (turn.x * e1 + turn.y * e2, turn.x * e2 - turn.y * e1);
     ([image(first).length(), image(second).length()], first, second)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Shape;
+    use glam::DQuat;
+
+    #[test]
+    fn a_place_reaches_across_as_far_as_its_lever() {
+        let floor = Surface::Plane { point: DVec3::ZERO, normal: DVec3::Z };
+        let orientation = DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -0.7, 1.3);
+        for shape in [
+            Shape::Sphere { radius: 0.5 },
+            Shape::Spherocylinder { diameter: 1.0, length: 3.0 },
+            Shape::Ellipsoid { radii: [0.5, 0.7, 1.2] },
+            Shape::Torus { major_radius: 1.0, minor_radius: 0.2 },
+        ] {
+            let body = Placed { shape, position: DVec3::new(0.3, -0.2, 2.0), orientation };
+            let force = DVec3::new(0.6, -1.1, 0.0);
+            floor.places(&body, |place, found| {
+                // The other places of a ring reach less far down.
+                if place == 0 || matches!(shape, Shape::Spherocylinder { .. }) {
+                    let reach = reach_across(&body, place, found.normal, force);
+                    assert!((reach - found.lever_a.dot(force)).abs() < 1e-12, "{shape:?} {place}");
+                }
+            });
+        }
+    }
+}

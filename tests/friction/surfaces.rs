@@ -1,7 +1,7 @@
 //! What moves surfaces beside bodies: walls, images in a sheared cell, growth.
 
 use crate::scenes::{G, assert_near, ball, floor, inertial, rod, run, run_on, start, weight, with};
-use glam::DVec3;
+use glam::{DQuat, DVec3, EulerRot};
 use serde_json::json;
 
 #[test]
@@ -10,6 +10,70 @@ fn a_conveyor_takes_a_rod_along_until_it_has_its_speed() {
     let speed = |end: f64| run(&inertial(0.25, weight(0.0), belt.clone(), vec![rod(0.5)], [0.01, end])).velocity[0].x;
     assert_near(speed(0.5), 0.25 * G * 0.5, 1e-9);
     assert_near(speed(2.0), 2.0, 1e-9);
+}
+
+#[test]
+fn a_block_on_a_spring_sticks_to_a_belt_and_slips() {
+    // From where the spring's pull is the limit it swings about that place, from the belt's speed and back to it.
+    let (speed, stiffness, friction) = (0.5, 20.0_f64, 0.4);
+    let belt = json!([{"half_space": {"normal": [0, 0, 1], "offset": 0, "motion": {"velocity": [speed, 0, 0]}}}]);
+    let spring = json!({"trap": {"center": [0, 0, 0], "stiffness": stiffness, "axes": [true, false, false]}});
+    let pull = json!({"gravity": {"acceleration": [0, 0, -G]}});
+    let mut scene = inertial(friction, json!([pull, spring]), belt, vec![rod(0.5)], [1e-3, 6.0]);
+    // A mass of 1.
+    let volume = std::f64::consts::PI * (0.25 * 3.0 + 1.0 / 6.0);
+    scene["dynamics"]["inertial"]["density"] = json!(1.0 / volume);
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    run_on(&mut start(&scene), |simulation, _| {
+        if simulation.time() > 3.0 {
+            let x = simulation.state().unwrap().bodies.position[0].x;
+            (least, most) = (least.min(x), most.max(x));
+        }
+    });
+    assert_near(most, friction * G / stiffness + speed / stiffness.sqrt(), 1e-3);
+    assert_near(0.5 * (most - least), speed / stiffness.sqrt(), 1e-3);
+}
+
+#[test]
+fn a_turned_ball_turns_another_that_it_is_pressed_to() {
+    // Mobilities 1/2 and 3/2: both surfaces have one velocity, by a friction force of 0.15.
+    let of = |x: f64, group: &str| with(ball([x, 0.0, 0.0]), "group", json!(group));
+    let press = |force: f64, group: &str| json!({"uniform": {"force": [force, 0.0, 0.0], "group": group}});
+    let bodies = run(&json!({"name": "gears", "time": {"dt": 0.01, "end": 0.01},
+        "dynamics": {"overdamped": {"drag": 1.0}}, "contact": {"friction": 1.0},
+        "bodies": [of(-1.0, "left"), of(1.0, "right")],
+        "forces": [press(1.0, "left"), press(-1.0, "right"),
+            {"torque": {"torque": [0.0, 0.0, 0.4], "group": "left"}}]}));
+    for (found, expected) in [
+        (bodies.angular_velocity[0].z, 0.375),
+        (bodies.angular_velocity[1].z, -0.225),
+        (bodies.velocity[0].y, -0.075),
+        (bodies.velocity[1].y, 0.075),
+    ] {
+        assert_near(found, expected, 1e-4);
+    }
+}
+
+#[test]
+fn a_turned_scene_moves_as_it_did() {
+    let fall = |turn: DQuat| {
+        let ellipsoid = json!({"shape": {"ellipsoid": {"radii": [0.5, 0.7, 1.2]}},
+            "position": (turn * DVec3::new(0.0, 0.0, 1.3)).to_array(),
+            "orientation": (|q: DQuat| [q.w, q.x, q.y, q.z])(turn * DQuat::from_rotation_x(0.4)),
+            "velocity": (turn * DVec3::new(1.0, 0.5, 0.0)).to_array()});
+        let floor = json!([{"half_space": {"normal": (turn * DVec3::Z).to_array(), "offset": 0}}]);
+        let pull = json!([{"gravity": {"acceleration": (turn * DVec3::new(0.0, 0.0, -G)).to_array()}}]);
+        let bodies = run(&inertial(0.4, pull, floor, vec![ellipsoid], [0.01, 1.0]));
+        [bodies.velocity[0], bodies.angular_velocity[0]].map(|v| turn.inverse() * v)
+    };
+    let plain = fall(DQuat::IDENTITY);
+    assert!(plain[1].length() > 0.1, "{plain:?}");
+    for turn in [DQuat::from_rotation_x(1.0), DQuat::from_euler(EulerRot::XYZ, 0.3, -2.0, 1.1)] {
+        let turned = fall(turn);
+        for (a, b) in plain.iter().zip(&turned) {
+            assert!(a.abs_diff_eq(*b, 1e-5), "{plain:?} {turned:?}");
+        }
+    }
 }
 
 #[test]

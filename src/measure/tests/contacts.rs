@@ -97,3 +97,28 @@ fn a_lattice_of_equal_forces_has_the_pressure_of_its_cell_and_columns_are_chains
     assert_eq!(columns.values, [3.0, contacts / 2.0, 0.5, 11.0, 11.0, 11.0].map(Some));
     assert_eq!(columns.rows, [[Some(11.0), Some(11.0)]]);
 }
+
+#[test]
+fn friction_is_measured_by_what_contacts_may_have() {
+    let mut touching = state(
+        bodies((0..3).map(|k| (BALL, DVec3::X * f64::from(k), DQuat::IDENTITY))),
+        Some(&[([0, 1], 4.0), ([1, 2], 2.0)]),
+    );
+    let warm = touching.warm.as_mut().unwrap();
+    (warm[0].tangent, warm[1].tangent) = (DVec3::Y, -DVec3::Z);
+    let rough = crate::constraint::friction::Friction::of_all(0.5);
+    let friction = crate::constraint::friction::Coefficients::new(&rough, &[], &[], 0.0);
+    let frame = Frame { friction: Some(friction), ..frame(false) };
+    let settings = Settings::default();
+    let view = View::new(&touching, &frame, &settings);
+    let found = select(&["friction".into()]).unwrap()[0].of(&view).unwrap();
+    // One uses 1 of 2, the other 1 of 1.
+    assert_eq!(found.values, [2.0, 0.75, 0.5, 1.0, 1.0].map(Some));
+    // The stress has the whole force: the sum of f_z l_x is -1, its symmetric part half of it.
+    let found = select(&["stress".into()]).unwrap()[0].of(&view).unwrap();
+    let volume = 3.0 * PI / 6.0;
+    assert_near(value(&found, "stress", "stress_xz"), -0.5 / volume, 1e-14);
+    assert_near(value(&found, "stress", "stress_xy"), 0.5 / volume, 1e-14);
+    let LeftOut(reason) = of_settings("friction", &touching, false, &Settings::default()).unwrap_err();
+    assert!(reason.contains("no friction"), "{reason}");
+}

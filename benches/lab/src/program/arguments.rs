@@ -1,6 +1,6 @@
 //! The program's arguments.
 
-use clap::{Parser, ValueEnum, ValueHint};
+use clap::{ArgGroup, Parser, ValueEnum, ValueHint};
 use log::LevelFilter;
 use relcp::figure::Format;
 use std::path::PathBuf;
@@ -57,6 +57,7 @@ Examples:
 /// Measured studies of relcp, which write tables.
 #[derive(Parser, Clone, Debug)]
 #[command(name = "relcp-lab", version, max_term_width = 100, after_help = AFTER_HELP)]
+#[command(group = ArgGroup::new("drawn").multiple(true))]
 pub struct Arguments {
     /// Which study
     #[arg(value_enum)]
@@ -90,16 +91,16 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub make_references: Option<PathBuf>,
     /// For hard: run this number of scenes drawn from --seed, instead of the cases
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", group = "drawn")]
     pub random: Option<u64>,
     /// For hard: run this number of confined colonies drawn from --seed, instead of the cases
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", group = "drawn")]
     pub confined: Option<u64>,
     /// For hard: run this number of scenes of pressed bodies drawn from --seed, instead of the cases
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", group = "drawn")]
     pub pressed: Option<u64>,
     /// With --random, --confined or --pressed: scenes get friction, and some restitution
-    #[arg(long, conflicts_with_all = ["chambers", "lines"])]
+    #[arg(long, requires = "drawn")]
     pub friction: bool,
     /// For hard: run this number of growth chambers drawn from --seed, each until it overflows, instead of the cases
     #[arg(long, value_name = "N", conflicts_with_all = ["random", "confined", "pressed", "lines"])]

@@ -26,6 +26,7 @@ const CASES: &[Case] = &[
     ("--random", random),
     ("--confined", confined),
     ("--pressed", pressed),
+    ("--friction", friction),
     ("--chambers", chambers),
     ("--stall", stall),
     ("--lines", lines),
@@ -244,6 +245,21 @@ fn confined(place: &Place) {
 fn pressed(place: &Place) {
     let (rows, _) = study(place, "hard --pressed 2 --quick");
     assert!(matches!(names(&rows)[..], [_, name] if name.starts_with("pressed-1")), "{rows}");
+}
+
+/// The scenes say their coefficient. They are those that are drawn without it.
+fn friction(place: &Place) {
+    let what = |more: &str| {
+        let (rows, _) = study(place, &format!("hard --random 2 --quick{more}"));
+        let rows = rows["rows"].as_array().unwrap().clone();
+        rows.iter().map(|row| row["what"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let (plain, rough) = (what(""), what(" --friction"));
+    for (plain, rough) in plain.iter().zip(&rough) {
+        assert!(rough.starts_with(plain.as_str()) && rough.contains(", friction ") && !plain.contains("friction"));
+    }
+    ran(place, &["--friction"]).expect(2);
+    place.lab(&["hard", "--friction"]).expect(2);
 }
 
 fn chambers(place: &Place) {
