@@ -78,6 +78,7 @@ impl From<&RecordError> for Exit {
             RecordError::NotEmpty { .. }
             | RecordError::OtherScene { .. }
             | RecordError::NoLaterEnd { .. }
+            | RecordError::NoBranch { .. }
             | RecordError::InUse { .. } => Exit::Usage,
             _ => Exit::File,
         }

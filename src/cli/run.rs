@@ -1,13 +1,13 @@
 //! `relcp run`: steps a scene to its end, or until it is interrupted.
 
-use super::arguments::{Backend, Run as Arguments};
+use super::arguments::{Backend, Recorded, Run as Arguments};
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{compiling, compute, driver, output, placing, report, resume, view};
 use relcp::gpu::Profile;
-use relcp::record::Folder;
-use relcp::run::{Run, RunError, RunStatus, Summary};
+use relcp::record::{Folder, RecordError};
+use relcp::run::{Branch, Run, RunError, RunStatus, Summary};
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
 use serde::Serialize;
@@ -52,7 +52,11 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
         _ => Interrupt::listen(),
     };
     let begun = Instant::now();
-    let mut run = if arguments.resume { resume::resume(arguments)? } else { start(arguments, &interrupt)? };
+    let mut run = match &arguments.from {
+        _ if arguments.resume => resume::resume(arguments)?,
+        Some(from) => branch(arguments, from)?,
+        None => start(arguments, &interrupt)?,
+    };
     for note in run.notes() {
         output::message(note);
     }
@@ -104,11 +108,32 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
     let compute = settle(arguments, &scene)?;
     let builder = Simulation::builder(scene).bodies(bodies).on(&compute);
     let simulation = compiling::watch(&compute, arguments.print.quiet, || builder.build()).map_err(CliError::start)?;
-    let folder = match &arguments.out {
-        Some(path) => Folder::create(path)?,
-        None => Folder::create_in(Path::new(RUNS), &simulation.scene().name)?,
-    };
+    let folder = new_folder(arguments, simulation.scene())?;
     Ok(Run::start(simulation, folder, begun.elapsed())?)
+}
+
+/// Starts a run with a state of another one.
+fn branch(arguments: &Arguments, from: &Recorded) -> Result<Run, CliError> {
+    let begun = Instant::now();
+    let branch = Branch::open(&from.run, from.time)?;
+    let own = branch.scene();
+    let scene = Scene::load(arguments.scene.as_ref().unwrap_or(&own), &arguments.sets)?;
+    driver::compute_alone(&arguments.compute, &scene, arguments.scene.as_deref());
+    let compute = settle(arguments, &scene)?;
+    let begin = || branch.simulate(scene, &compute);
+    let (simulation, parent) = compiling::watch(&compute, arguments.print.quiet, begin)?;
+    let folder = new_folder(arguments, simulation.scene())?;
+    if !arguments.print.quiet {
+        output::message(&format!("from {}, step {}, time {}", parent.run, parent.step, parent.time));
+    }
+    Ok(Run::start_from(simulation, folder, parent, begun.elapsed())?)
+}
+
+fn new_folder(arguments: &Arguments, scene: &Scene) -> Result<Folder, RecordError> {
+    match &arguments.out {
+        Some(path) => Folder::create(path),
+        None => Folder::create_in(Path::new(RUNS), &scene.name),
+    }
 }
 
 /// The backend. For a profile, kernels are compiled when they are created, so that the profile shows the compile time.

@@ -9,11 +9,7 @@ const KEYS_NAMED: usize = 5;
 
 /// The first keys in which a scene differs from the one in the file `recorded`.
 pub fn differing_keys(recorded: &Path, scene: &Scene) -> Vec<String> {
-    let read = |path: &Path| serde_json::from_slice::<Value>(&std::fs::read(path).ok()?).ok();
-    let mut keys = Vec::new();
-    if let (Some(old), Ok(new)) = (read(recorded), serde_json::to_value(scene.with_defaults())) {
-        compare("", &old, &new, &mut keys);
-    }
+    let mut keys = all_differing_keys(recorded, scene);
     if keys.is_empty() {
         keys.push("what its scene.json does not show".into());
     }
@@ -21,6 +17,16 @@ pub fn differing_keys(recorded: &Path, scene: &Scene) -> Vec<String> {
         let more = keys.len() - KEYS_NAMED;
         keys.truncate(KEYS_NAMED);
         keys.push(format!("{more} more"));
+    }
+    keys
+}
+
+/// All keys in which a scene differs from the one in the file `recorded`.
+pub fn all_differing_keys(recorded: &Path, scene: &Scene) -> Vec<String> {
+    let read = |path: &Path| serde_json::from_slice::<Value>(&std::fs::read(path).ok()?).ok();
+    let mut keys = Vec::new();
+    if let (Some(old), Ok(new)) = (read(recorded), serde_json::to_value(scene.with_defaults())) {
+        compare("", &old, &new, &mut keys);
     }
     keys
 }

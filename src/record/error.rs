@@ -125,6 +125,14 @@ pub enum RecordError {
         /// The reason and the remedy.
         why: String,
     },
+    /// No run can begin with a state of this one.
+    #[error("{}: no run can begin from it: {why}", path.display())]
+    NoBranch {
+        /// The folder of the other run.
+        path: PathBuf,
+        /// The reason and the remedy.
+        why: String,
+    },
     /// Another process is writing into the folder.
     #[error("{}: another run is writing into this folder", path.display())]
     #[diagnostic(help("wait for it, stop it, or name another folder"))]

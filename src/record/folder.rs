@@ -203,6 +203,11 @@ impl Folder {
         self.0.join("checkpoint.previous.npz")
     }
 
+    /// The state of another run that this one began with, if it did.
+    pub fn parent(&self) -> PathBuf {
+        self.0.join("from.json")
+    }
+
     /// The final state, as a scene.
     pub fn last(&self) -> PathBuf {
         self.0.join("final.json")

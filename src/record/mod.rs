@@ -2,7 +2,7 @@
 //!
 //! A [run](crate::run) writes its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
 //! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `measures.csv`,
-//! `lineage.csv` and `lcps/` if the scene requests them. States are [one container](encode) that numpy opens as `.npz`.
+//! `lineage.csv` and `lcps/` if the scene requests them. `from.json` names the state of another run that it began with. States are [one container](encode) that numpy opens as `.npz`.
 //!
 //! ```
 //! use relcp::record::{COLUMNS, Folder};
@@ -28,6 +28,7 @@ mod lcp_file;
 mod leg;
 pub(crate) mod lives;
 mod npz;
+mod parent;
 pub(crate) mod rows;
 mod states;
 pub(crate) mod steps;
@@ -37,7 +38,7 @@ mod totals;
 
 pub use contacts::{ContactForce, TOUCHING, contacts};
 pub use container::{FORMAT, Header, VERSION, decode, encode, encode_with_forces, read_state, write_state};
-pub use difference::differing_keys;
+pub use difference::{all_differing_keys, differing_keys};
 pub use earlier::{EarlierRun, EarlierState};
 pub use error::{RecordError, StateError, StatesError};
 pub use folder::Folder;
@@ -47,6 +48,7 @@ pub use hash::{scene_hash, state_hash};
 pub use lcp_file::{LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp, encode_lcp, read_lcp, write_lcp};
 pub use leg::Leg;
 pub use lives::LifeRow;
+pub use parent::Parent;
 pub(crate) use states::scene_of;
 pub use states::{Snapshot, States, Watch};
 pub use steps::{COLUMNS, StepRow};

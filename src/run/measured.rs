@@ -40,6 +40,11 @@ impl Measures {
         Ok(Some(Measures { rows: open(&columns)?, measures, frame, settings: Settings::default() }))
     }
 
+    /// Measures from now on in a changed scene.
+    pub(super) fn follow(&mut self, scene: &Scene) {
+        self.frame = Frame::of_scene(scene, scene.name.clone());
+    }
+
     /// Measures the present state and adds its row.
     pub(super) fn push(&mut self, simulation: &Simulation) -> Result<Result<(), RecordError>, Fault> {
         let state = simulation.state()?;

@@ -1,5 +1,6 @@
 //! A run: a simulation that steps to its end and writes its folder.
 
+mod branch;
 mod error;
 #[cfg(feature = "mpi")]
 mod follow;
@@ -10,6 +11,7 @@ mod summary;
 mod until;
 mod way;
 
+pub use branch::Branch;
 pub use error::RunError;
 #[cfg(feature = "mpi")]
 pub use follow::{follow, together};
@@ -20,8 +22,8 @@ use crate::dynamics::ForceField;
 use crate::record::lives::Lives;
 use crate::record::steps::Steps;
 use crate::record::{
-    Folder, Header, LcpHeader, RecordError, StateError, Totals, differing_keys, durable, encode, encode_with_forces,
-    read_state, scene_hash, write_lcp, write_state,
+    Folder, Header, LcpHeader, Parent, RecordError, StateError, Totals, differing_keys, durable, encode,
+    encode_with_forces, read_state, scene_hash, write_lcp, write_state,
 };
 use crate::render::{Backdrop, View, picture};
 use crate::scene::{Scene, StopReason};
@@ -35,6 +37,10 @@ use std::time::{Duration, Instant};
 /// Wall time between checkpoints, the most that a crash loses. A checkpoint costs far less than a second (22 MB at
 /// 131,072 rods), so once per minute is negligible.
 pub const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+
+/// The note of a run that begins with a state without multipliers.
+const NO_MULTIPLIERS: &str = "the state has no multipliers of contacts, so the run goes on within its tolerances but \
+                              not to the bits of the other run; checkpoints have them, and states with output.forces";
 
 /// The size of a run's final picture in pixels: a run of seconds should not wait for it.
 const PICTURE_SIDES: [u32; 2] = [1280, 720];
@@ -63,6 +69,8 @@ pub struct Run {
     measures: Option<Measures>,
     lives: Option<Lives>,
     schedule: Schedule,
+    /// Changes of the scene that the schedule and the measures follow.
+    changes_followed: usize,
     scene_hash: String,
     totals: Totals,
     checkpoint_every: Duration,
@@ -78,24 +86,54 @@ impl Run {
     /// # Errors
     /// A file that cannot be written; [`StateError::Custom`] if a body has a custom shape, before anything is written.
     pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
+        Run::begin(simulation, folder, setup, None)
+    }
+
+    /// [`Run::start`] of a simulation that begins with a state of another run ([`Branch::simulate`]), which the
+    /// [`from.json`](Folder::parent) of the folder names.
+    ///
+    /// # Errors
+    /// As [`Run::start`].
+    pub fn start_from(
+        simulation: Simulation,
+        folder: Folder,
+        parent: Parent,
+        setup: Duration,
+    ) -> Result<Self, RunError> {
+        Run::begin(simulation, folder, setup, Some(parent))
+    }
+
+    /// Starts a run in a new folder: with its scene's own bodies, or with a state of another run.
+    fn begin(
+        simulation: Simulation,
+        folder: Folder,
+        setup: Duration,
+        parent: Option<Parent>,
+    ) -> Result<Self, RunError> {
         let begun = Instant::now();
         if let Some(body) = simulation.state()?.bodies.first_custom() {
             return Err(RecordError::state(folder.path())(StateError::Custom { body }).into());
         }
-        let scene = simulation.scene().clone();
+        let scene = simulation.whole_scene().clone();
         let steps = Steps::create(&folder.steps())?;
         let measures = Measures::create(&folder.measures(), &scene)?;
         let lives = removes(&scene).then(|| Lives::create(&folder.lineage(), scene.group_names())).transpose()?;
+        if let Some(parent) = &parent {
+            durable::write_json(&folder.parent(), parent)?;
+        }
         write_scene(&folder.scene(), &scene.with_defaults())?;
         let mut totals = Totals {
-            start_max_overlap: max_overlap_but(&scene.fixed(), &simulation.state()?.bodies, &scene.walls()),
+            start_max_overlap: max_overlap_but(&scene.fixed(), &simulation.state()?.bodies, &simulation.walls()),
             ..Totals::default()
         };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
         totals.taken_up_by(&simulation);
-        let (schedule, scene_hash) = (Schedule::new(&scene), scene_hash(&scene));
+        let (schedule, scene_hash) = (Schedule::of(&simulation, parent.as_ref()), scene_hash(&scene));
         let mut run = Run::new(simulation, folder, (steps, measures, lives), schedule, scene_hash, totals);
+        if let Some(parent) = parent.filter(|parent| !parent.multipliers) {
+            run.notes.push(format!("{NO_MULTIPLIERS} (step {} of {})", parent.step, parent.run));
+        }
         run.record_state()?;
         run.checkpoint()?;
         Ok(run)
@@ -149,14 +187,15 @@ impl Run {
                 header.program
             ));
         }
-        let schedule = Schedule::new(&scene);
+        let parent = Parent::of(&folder)?;
         let simulation = Simulation::start(compute, scene, state)?;
+        let schedule = Schedule::of(&simulation, parent.as_ref());
         if let Some(reason) = simulation.stopped_by().filter(|_| until.is_some()) {
             let why = if reason == StopReason::NoBodies { until::EMPTY } else { until::STOPPED };
             return Err(no_later_end(why.into()).into());
         }
         let last_row = match simulation.stopped_by() {
-            Some(_) => Some(header.step).filter(|step| *step > 0),
+            Some(_) => Some(header.step).filter(|step| *step > parent.map_or(0, |parent| parent.step)),
             None => schedule.last_row(header.step),
         };
         let steps = Steps::reopen(&folder.steps(), last_row)?;
@@ -175,7 +214,7 @@ impl Run {
         run.simulation.count_lcps(saved);
         run.notes = notes;
         if until.is_some() {
-            write_scene(&run.folder.scene(), &run.simulation.scene().with_defaults())?;
+            write_scene(&run.folder.scene(), &run.simulation.whole_scene().with_defaults())?;
             run.checkpoint()?;
         }
         Ok(run)
@@ -190,7 +229,7 @@ impl Run {
         totals: Totals,
     ) -> Self {
         let (checkpoint_every, last_checkpoint) = (CHECKPOINT_EVERY, Instant::now());
-        let notes = Vec::new();
+        let (notes, changes_followed) = (Vec::new(), simulation.changes_made());
         Run {
             simulation,
             folder,
@@ -198,6 +237,7 @@ impl Run {
             measures,
             lives,
             schedule,
+            changes_followed,
             scene_hash,
             totals,
             checkpoint_every,
@@ -267,6 +307,7 @@ impl Run {
     fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
         let begun = Instant::now();
         tell(report, self.simulation.scene().contact.overlap_tolerance, wall);
+        self.follow_changes();
         if let Some(lives) = &mut self.lives {
             lives.push(self.simulation.ended())?;
         }
@@ -289,6 +330,16 @@ impl Run {
             self.checkpoint()?;
         }
         Ok(())
+    }
+
+    /// Records from now on as the scene with its changes so far.
+    fn follow_changes(&mut self) {
+        let made = self.simulation.changes_made();
+        if made != self.changes_followed {
+            self.changes_followed = made;
+            self.schedule = self.schedule.changed(self.simulation.scene());
+            self.measures.as_mut().into_iter().for_each(|measures| measures.follow(self.simulation.scene()));
+        }
     }
 
     /// Saves the LCPs that the scene's `solver.dump` selects.

@@ -133,6 +133,14 @@ impl SceneError {
         self
     }
 
+    /// The same fault of a key below another one, without a location.
+    #[cfg(feature = "files")]
+    pub(crate) fn under(mut self, key: &str) -> Self {
+        (self.0.origin, self.0.excerpt) = (None, None);
+        self.0.key = format!("{key}.{}", self.0.key);
+        self
+    }
+
     /// Sets the origin of the text with the fault, without a location.
     #[cfg(feature = "files")]
     pub(crate) fn of(mut self, origin: &str) -> Self {

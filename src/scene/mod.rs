@@ -7,6 +7,8 @@ mod build;
 #[cfg(feature = "files")]
 mod built_in;
 #[cfg(feature = "files")]
+pub(crate) mod changes;
+#[cfg(feature = "files")]
 mod comments;
 mod drive;
 mod error;
@@ -47,6 +49,8 @@ pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recurs
 pub use crate::walls::{Wall, WallMotion};
 #[cfg(feature = "files")]
 pub use built_in::BuiltIn;
+#[cfg(feature = "files")]
+pub use changes::Change;
 pub use error::{FaultKind, SceneError};
 #[doc(hidden)]
 pub use nearest::nearest;
@@ -149,6 +153,11 @@ pub struct Scene {
     /// Bodies placed by rule, after `bodies`, drawn from `seed`, inside all walls.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub generate: Vec<Generate>,
+    /// Other values of keys from given times on, in order of time. A run with changes has the bits of one that went on
+    /// with them by `--from`.
+    #[cfg(feature = "files")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
     /// What to record, and how often.
     #[cfg_attr(feature = "files", serde(default))]
     pub output: Output,
@@ -177,6 +186,8 @@ impl Scene {
             bodies: Vec::default(),
             groups: BTreeMap::default(),
             generate: Vec::default(),
+            #[cfg(feature = "files")]
+            changes: Vec::default(),
             output: Output::default(),
         }
     }

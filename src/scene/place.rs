@@ -83,10 +83,10 @@ pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
 }
 
 /// The path of the first list in JSON text that is neither the value of one of `keys` nor inside the list of one of
-/// `nested`.
+/// `nested` nor anywhere inside of `free`.
 ///
 /// serde accepts a list in place of an object, in the order of its keys; scene files do not allow this.
-pub(super) fn misplaced_list(text: &str, keys: &[&str], nested: &[&str]) -> Option<Vec<String>> {
+pub(super) fn misplaced_list(text: &str, keys: &[&str], nested: &[&str], free: &str) -> Option<Vec<String>> {
     let mut scan = Scan { text, at: 0 };
     let mut open: Vec<Open> = Vec::new();
     loop {
@@ -102,7 +102,9 @@ pub(super) fn misplaced_list(text: &str, keys: &[&str], nested: &[&str]) -> Opti
             }
             b'{' => open.push(Open::Object(Place { start: scan.at, end: scan.at })),
             b'[' => {
+                let is_free = |o: &Open| matches!(o, Open::Object(key) if name(text, *key) == free);
                 let fits = match open.as_slice() {
+                    open if open.iter().any(is_free) => true,
                     [.., Open::Object(key)] => keys.contains(&name(text, *key).as_str()),
                     [.., Open::Object(key), Open::List(_)] => nested.contains(&name(text, *key).as_str()),
                     _ => false,

@@ -286,6 +286,11 @@ fn parse_json(text: &str, origin: &str, sets: &[Override]) -> Result<Scene, Scen
     Ok(scene)
 }
 
+/// A scene with other values of keys, not validated. A fault has its key.
+pub(super) fn reread(scene: &Scene, sets: &[Override]) -> Result<Scene, SceneError> {
+    typed(&scene.to_json(), sets).map_err(|misread| misread.error)
+}
+
 fn misplaced(misread: Misread, origin: &str, text: &str, sets: &[Override]) -> SceneError {
     match misread.byte {
         Some(byte) => misread.error.at(origin, text, character(text, byte)),
@@ -360,10 +365,14 @@ const LISTS: &[&str] = &[
     "mixture",
     "groups",
     "between",
+    "changes",
 ];
 
+/// The key whose object has values of any type, by dotted keys.
+const OF_ANY_TYPE: &str = "set";
+
 fn refuse_lists(text: &str) -> Result<(), Misread> {
-    match place::misplaced_list(text, LISTS, &LISTS_OF_LISTS) {
+    match place::misplaced_list(text, LISTS, &LISTS_OF_LISTS, OF_ANY_TYPE) {
         None => Ok(()),
         Some(path) => {
             let error = SceneError::new(

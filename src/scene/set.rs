@@ -55,6 +55,11 @@ impl Override {
         Ok(set)
     }
 
+    /// An override of a dotted key by a value, with a name for faults.
+    pub fn of_value(name: String, dotted: &str, value: Value) -> Result<Self, SceneError> {
+        Override::new(Origin::Alone(name), dotted, value)
+    }
+
     fn json(&self, dotted: &str, text: &str) -> Result<Value, SceneError> {
         serde_json::from_str::<Tree>(text).map(|tree| tree.0).map_err(|fault| {
             let message = format!("the value is not JSON: {fault}");

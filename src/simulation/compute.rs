@@ -56,8 +56,13 @@ impl Compute {
     /// [`GpuError::Unsupported`] for what only the CPU supports; [`GpuError::NotBuilt`] without the feature `gpu`.
     #[cfg(feature = "gpu")]
     pub fn check(scene: &Scene) -> Result<(), GpuError> {
-        Device::check(&scene.model())?;
-        lcp::gpu::Solver::check(scene.solver.kind)
+        let check = |scene: &Scene| {
+            Device::check(&scene.model())?;
+            lcp::gpu::Solver::check(scene.solver.kind)
+        };
+        #[cfg(feature = "files")]
+        scene.changed_scenes().try_for_each(|scene| check(&scene))?;
+        check(scene)
     }
 
     /// Checks that devices support a scene; without the feature there are none.

@@ -1,6 +1,8 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
 mod builder;
+#[cfg(feature = "files")]
+mod changing;
 mod compute;
 mod initial_region;
 mod leaving;
@@ -75,6 +77,9 @@ pub struct Simulation {
     region: InitialRegion,
     /// The solver's tolerances in f32 and in f64.
     tolerances: [f64; 2],
+    /// What comes of the scene's changes, if it has some.
+    #[cfg(feature = "files")]
+    changing: Option<Box<changing::Changing>>,
 }
 
 impl Simulation {
@@ -108,7 +113,16 @@ impl Simulation {
     ///
     /// # Errors
     /// A [`Fault`]: the scene's method or a device does not support the bodies.
-    pub(crate) fn start(compute: &Compute, scene: Scene, mut state: State) -> Result<Self, Fault> {
+    pub(crate) fn start(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
+        #[cfg(feature = "files")]
+        if !scene.changes.is_empty() {
+            return changing::Changing::start(compute, scene, state);
+        }
+        Simulation::start_plain(compute, scene, state)
+    }
+
+    /// Steps `scene` from `state`, whatever its changes.
+    fn start_plain(compute: &Compute, scene: Scene, mut state: State) -> Result<Self, Fault> {
         state.bodies.planar = scene.planar;
         state.next_id = state.next_id.max(scene.next_id.unwrap_or(0));
         check_pairs(&state.bodies)?;
@@ -135,8 +149,18 @@ impl Simulation {
         plan.parts_first = parts_first;
         let tolerances = [Precision::F32, Precision::F64].map(|precision| scene.solver_tolerance(precision));
         let keep = Keep::new(scene.solver.dump);
-        let mut simulation =
-            Simulation { scene, plan, backend, keep, stopped_by: None, leaving: None, region, tolerances };
+        let mut simulation = Simulation {
+            scene,
+            plan,
+            backend,
+            keep,
+            stopped_by: None,
+            leaving: None,
+            region,
+            tolerances,
+            #[cfg(feature = "files")]
+            changing: None,
+        };
         simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref(), removed)?;
         simulation.check_stop()?;
         Ok(simulation)
@@ -154,7 +178,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The scene.
+    /// The scene, with the changes that were made.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -229,6 +253,8 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
+        #[cfg(feature = "files")]
+        self.make_changes()?;
         self.check_runaway()?;
         self.plan.span = self.scene.time.span(self.steps() + 1);
         self.plan.tolerance = self.tolerances[usize::from(self.precision() == Precision::F64)];
@@ -270,6 +296,8 @@ impl Simulation {
     pub fn final_scene(&self) -> Result<Scene, Fault> {
         let state = self.state()?;
         let mut scene = self.scene.final_scene(&state.bodies, self.time());
+        #[cfg(feature = "files")]
+        scene.changes.drain(..self.changes_made());
         let follows = State::new(Bodies { lineage: state.bodies.lineage.clone(), ..Bodies::default() }).next_id;
         scene.next_id = (state.next_id > follows).then_some(state.next_id);
         Ok(scene)

@@ -104,6 +104,14 @@ pub enum Fault {
         /// Its message.
         what: String,
     },
+    /// A change of the scene failed.
+    #[error("step {step}: a change of the scene failed: {what}")]
+    Change {
+        /// The steps taken before it.
+        step: u64,
+        /// The reason.
+        what: String,
+    },
     /// The device failed, or does not support the scene.
     #[error(transparent)]
     Device(#[from] GpuError),
@@ -142,6 +150,7 @@ impl Fault {
             Fault::NoSeparation { .. } => "no_separation",
             Fault::NoProxy(_) => "no_proxy",
             Fault::Force { .. } => "force",
+            Fault::Change { .. } => "change",
             Fault::Device(_) => "device",
             Fault::Processes(_) => "processes",
         }

@@ -19,6 +19,8 @@ pub struct Setup {
     pub(super) time: Time,
     pub(super) growth: Option<Cells>,
     pub(super) forces: Vec<Box<dyn ForceField>>,
+    /// The first of them are the scene's; the others were added.
+    pub(super) forces_of_scene: usize,
     pub(super) bonds: Bonds,
     pub(super) heat: Option<Heat>,
     pub(super) strain: Option<Strain>,
@@ -51,6 +53,7 @@ impl Setup {
             time: model.time,
             growth: model.cells.clone(),
             bonds: model.bonds.clone(),
+            forces_of_scene: forces.len(),
             forces,
             heat: model.heat,
             strain: model.strain,

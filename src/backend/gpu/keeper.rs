@@ -112,6 +112,10 @@ impl Keeper for Device {
         self.motions.plugged.push(force);
     }
 
+    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
+        std::mem::take(&mut self.motions.plugged)
+    }
+
     fn all_bodies(&self) -> Result<&Bodies, Fault> {
         Ok(&self.known_state()?.bodies)
     }

@@ -6,7 +6,7 @@ mod number;
 mod run;
 mod states;
 
-pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
+pub(super) use run::{Backend, Batch, Compute, Precision, Print, Recorded, Run};
 pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};

@@ -3,7 +3,7 @@
 use super::backend::BackendParser;
 use super::{MOST_THREADS, complete};
 use clap::{Args, ValueEnum, ValueHint};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// How to compute.
@@ -58,6 +58,8 @@ Examples:
   relcp run --resume --out runs/slow   resume a stopped run
   relcp run --resume --until 20 --out runs/slow
       continue it past its end
+  relcp run --from runs/slow@8 --set growth.rate=0.3
+      another run from its state at time 8, with a changed key
   relcp run colony.json --json | jq .max_overlap
 
 Ctrl-C ends the run after the current step and writes a checkpoint. A second Ctrl-C quits at once.
@@ -66,7 +68,7 @@ The folder contains scene.json, steps.csv, states/, final.json, final.png, summa
 #[derive(Args, Debug)]
 #[command(after_help = RUN_EXAMPLES)]
 pub(in crate::cli) struct Run {
-    /// A scene file, the name of a built-in scene, or - for the standard input; optional with --resume
+    /// A scene file, the name of a built-in scene, or - for the standard input; optional with --resume and --from
     #[arg(value_name = "SCENE", add = complete::scene())]
     pub(in crate::cli) scene: Option<PathBuf>,
     /// The run's folder, new or empty [default: runs/NAME, or runs/NAME-2 and so on if that exists]
@@ -83,6 +85,11 @@ pub(in crate::cli) struct Run {
     /// run continues too, to the same bits as a run that was started with this end
     #[arg(long, value_name = "TIME", requires = "resume", value_parser = super::number::length)]
     pub(in crate::cli) until: Option<f64>,
+    /// Begin with a state of another run: its last one, or the last that is not later than TIME. SCENE is by default
+    /// that of the other run; --set changes its keys. The folder's from.json names the other run
+    #[arg(long, value_name = "RUN[@TIME]", value_hint = ValueHint::DirPath, value_parser = recorded)]
+    #[arg(conflicts_with = "resume")]
+    pub(in crate::cli) from: Option<Recorded>,
     /// Largest time between checkpoints [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(in crate::cli) checkpoint_every: Option<Duration>,
@@ -100,6 +107,24 @@ pub(in crate::cli) struct Run {
     pub(in crate::cli) compute: Compute,
     #[command(flatten)]
     pub(in crate::cli) print: Print,
+}
+
+/// A state of a run: its last one, or the last that is not later than a time.
+#[derive(Clone, Debug)]
+pub(in crate::cli) struct Recorded {
+    pub(in crate::cli) run: PathBuf,
+    pub(in crate::cli) time: Option<f64>,
+}
+
+/// `RUN` or `RUN@TIME`. A folder with an `@` in its own name is found under that name.
+fn recorded(text: &str) -> Result<Recorded, String> {
+    match text.rsplit_once('@') {
+        Some((run, time)) if !Path::new(text).exists() => {
+            let time = super::number::length(time).map_err(|why| format!("the time after @: {why}"))?;
+            Ok(Recorded { run: run.into(), time: Some(time) })
+        }
+        _ => Ok(Recorded { run: text.into(), time: None }),
+    }
 }
 
 /// A time span, in seconds.

@@ -50,6 +50,14 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] with the key of the first fault; only the reader knows its location.
     pub fn validate(&self) -> Result<(), SceneError> {
+        self.check_without_changes()?;
+        #[cfg(feature = "files")]
+        self.check_changes()?;
+        Ok(())
+    }
+
+    /// [`Scene::validate`], whatever its `changes`.
+    pub(super) fn check_without_changes(&self) -> Result<(), SceneError> {
         let root = &Key::ROOT;
         self.check_name(root)?;
         self.check_time(&root.field("time"))?;

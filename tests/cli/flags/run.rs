@@ -10,6 +10,7 @@ pub const CASES: &[Case] = &[
     case("run", "--set", set),
     case("run", "--resume", resume),
     case("run", "--until", until),
+    case("run", "--from", from),
     case("run", "--checkpoint-every", checkpoint_every),
     case("run", "--max-wall", max_wall),
     case("run", "--view", view),
@@ -85,6 +86,27 @@ fn until(place: &Place, _: &str) {
     on(&[]).expect(0);
     assert!(on(&["--until", "0.15"]).expect(2).err.contains("later"));
     place.relcp(&["run", "rods.json", "--until", "1"]).expect(2);
+}
+
+/// The last state, or that of a time; with changed keys.
+fn from(place: &Place, _: &str) {
+    let (first, out) = (fresh(), fresh());
+    place.relcp(&["run", "rods.json", "--set", "time.end=0.1", "--quiet", "--out", &first]).expect(0);
+    let whole = json(place, "run", &["--set", "time.end=0.2"]);
+    let on = |more: &[&str]| place.relcp(&[&["run", "--quiet"], more].concat());
+    on(&["--from", &first, "--set", "time.end=0.2", "--out", &out]).expect(0);
+    assert_eq!(place.json(&format!("{out}/summary.json"))["state_hash"], whole["state_hash"]);
+    let parent = place.json(&format!("{out}/from.json"));
+    assert_eq!((&parent["run"], &parent["changed"]), (&first.as_str().into(), &serde_json::json!(["time.end"])));
+    // The scene may be named; of a time before the first state there is none.
+    let start = format!("{first}@0");
+    on(&["rods.json", "--from", &start, "--set", "time.end=0.05", "--out", &fresh()]).expect(0);
+    let (early, odd) = (format!("{first}@-1"), format!("{first}@soon"));
+    assert!(on(&["--from", &early]).expect(2).err.contains("first state is at time 0"));
+    assert!(on(&["--from", &odd]).expect(2).err.contains("not a finite number"));
+    let planar = on(&["--from", &first, "--set", "planar=true", "--out", &fresh()]);
+    assert!(planar.expect(2).err.contains("planar"));
+    on(&["--from", &first, "--resume"]).expect(2);
 }
 
 fn checkpoint_every(place: &Place, _: &str) {

@@ -1,0 +1,161 @@
+//! A run that begins with a state of another run.
+
+use super::RunError;
+use crate::digits::exact;
+use crate::record::{Folder, Parent, RecordError, all_differing_keys, read_state, state_hash};
+use crate::scene::Scene;
+use crate::scene::changes::{is_of_contacts, is_settled};
+use crate::simulation::{Compute, Simulation};
+use crate::step::State;
+use std::path::{Path, PathBuf};
+
+/// A recorded time that is later by this part of a step than the one asked for counts as that time.
+const ROUNDING: f64 = 1e-6;
+
+/// A recorded state of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Recorded {
+    step: u64,
+    time: f64,
+    is_checkpoint: bool,
+}
+
+/// A state of a run that another run can begin with.
+///
+/// ```
+/// use relcp::record::Folder;
+/// use relcp::run::{Branch, Run};
+/// use relcp::simulation::{Compute, Simulation};
+/// use relcp::Scene;
+/// let parent = tempfile::tempdir()?;
+/// let scene = Scene::load("two-ellipsoids", ["time.end=0.5"])?;
+/// let folder = Folder::create_in(parent.path(), "first")?;
+/// let mut run = Run::start(Simulation::new(scene)?, folder, std::time::Duration::ZERO)?;
+/// while !run.done() {
+///     run.advance()?;
+/// }
+/// let first = run.folder().path().to_owned();
+/// run.finish()?;
+///
+/// let branch = Branch::open(&first, None)?;
+/// let scene = Scene::load(branch.scene(), ["time.end=0.6", "forces.0.uniform.force=[0,-2,0]"])?;
+/// let (simulation, begun_with) = branch.simulate(scene, &Compute::Cpu)?;
+/// assert_eq!((simulation.steps(), begun_with.step), (50, 50));
+/// let folder = Folder::create_in(parent.path(), "second")?;
+/// let second = Run::start_from(simulation, folder, begun_with, std::time::Duration::ZERO)?;
+/// # Ok::<(), relcp::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Branch {
+    folder: Folder,
+    source: PathBuf,
+    recorded: Recorded,
+    /// When the other run started, or the one that it began with.
+    start: f64,
+}
+
+impl Branch {
+    /// Finds the last state of the run in `path` that is not later than `time`; without a time the last state.
+    ///
+    /// # Errors
+    /// [`RecordError::NoBranch`] if the run has no such state; a scene or a state that cannot be read.
+    pub fn open(path: &Path, time: Option<f64>) -> Result<Self, RecordError> {
+        let folder = Folder::view(path);
+        let none = |why: String| RecordError::NoBranch { path: path.into(), why };
+        let scene = Scene::read(folder.scene()).map_err(|error| none(error.to_string()))?;
+        let start = Parent::of(&folder)?.map_or(scene.time.start, |parent| parent.start);
+        let states = folder.recorded()?.into_iter();
+        let mut all: Vec<(Recorded, PathBuf)> = states
+            .map(|(step, path)| (Recorded { step, time: scene.time_after(step), is_checkpoint: false }, path))
+            .collect();
+        // A checkpoint has the multipliers, so it precedes the state of the same step.
+        for path in [folder.previous_checkpoint(), folder.checkpoint()] {
+            if let Ok((header, _)) = read_state(&path) {
+                all.push((Recorded { step: header.step, time: header.time, is_checkpoint: true }, path));
+            }
+        }
+        all.sort_by_key(|(recorded, _)| (recorded.step, recorded.is_checkpoint));
+        let Some((first, _)) = all.first().cloned() else {
+            return Err(none("there is no state; name the folder of a run".into()));
+        };
+        let until = time.map_or(f64::INFINITY, |time| time + ROUNDING * scene.time.dt);
+        let Some((recorded, source)) = all.into_iter().rfind(|(recorded, _)| recorded.time <= until) else {
+            let asked = exact(time.unwrap_or(f64::NAN));
+            return Err(none(format!("its first state is at time {}, after {asked}", exact(first.time))));
+        };
+        Ok(Branch { folder, source, recorded, start })
+    }
+
+    /// The scene of the other run.
+    pub fn scene(&self) -> PathBuf {
+        self.folder.scene()
+    }
+
+    /// The time of the state.
+    pub fn time(&self) -> f64 {
+        self.recorded.time
+    }
+
+    /// Steps taken before the state.
+    pub fn step(&self) -> u64 {
+        self.recorded.step
+    }
+
+    /// A simulation of `scene` that begins with this state: bodies, ancestry, multipliers, the number of steps and with
+    /// it the random streams. [`Run::start_from`] makes a run of it.
+    ///
+    /// The scene is that of the other run, with other values of keys. `planar`, `periodic`, `bodies`, `generate`,
+    /// `groups` and the bodies of `bonds` must not differ. The new `time.start` is the one with which its steps
+    /// continue those of the other run. Where nothing differs and the state has multipliers, the simulation has the
+    /// bits of the other one on the CPU.
+    ///
+    /// # Errors
+    /// [`RecordError::NoBranch`] with the keys that must not differ, or if the scene ends before the state; a state
+    /// that cannot be read; what [`SimulationBuilder::build`](crate::simulation::SimulationBuilder::build) refuses.
+    pub fn simulate(&self, mut scene: Scene, compute: &Compute) -> Result<(Simulation, Parent), RunError> {
+        let (state, parent) = self.take(&mut scene)?;
+        Ok((Simulation::start(compute, scene, state)?, parent))
+    }
+
+    fn take(&self, scene: &mut Scene) -> Result<(State, Parent), RecordError> {
+        let changed = all_differing_keys(&self.folder.scene(), scene);
+        let settled: Vec<&str> = changed.iter().map(String::as_str).filter(|key| is_settled(key)).collect();
+        if !settled.is_empty() {
+            return Err(self.refuse(format!("{} cannot change: the state has them already", settled.join(", "))));
+        }
+        let (header, mut state) = read_state(&self.source)?;
+        let time = self.recorded.time;
+        if scene.time_after(header.step) != time {
+            if scene.changes.iter().any(|change| change.set.keys().any(|key| key.starts_with("time"))) {
+                return Err(self.refuse("time.dt cannot differ where `changes` sets it".into()));
+            }
+            scene.time.start = time - header.step as f64 * scene.time.dt;
+        }
+        if scene.time.end < time {
+            let end = exact(scene.time.end);
+            return Err(self.refuse(format!("time.end, {end}, is before the state's time, {}", exact(time))));
+        }
+        scene.validate().map_err(|error| self.refuse(error.to_string()))?;
+        let fits = !changed.iter().any(|key| is_of_contacts(key));
+        if !fits {
+            state.warm.clear();
+        }
+        if changed.iter().any(|key| key.starts_with("removal")) {
+            state.removed.clear();
+        }
+        let parent = Parent {
+            run: self.folder.path().display().to_string(),
+            step: header.step,
+            time,
+            start: self.start,
+            state_hash: state_hash(&state),
+            multipliers: header.warm.is_some() && fits,
+            changed,
+        };
+        Ok((state, parent))
+    }
+
+    fn refuse(&self, why: String) -> RecordError {
+        RecordError::NoBranch { path: self.folder.path().into(), why }
+    }
+}

@@ -1,0 +1,229 @@
+//! Changes of a scene's keys during a run: `changes`.
+//!
+//! A change at the time `at` acts from the first step on that begins at or after it. The scene of the steps after `k`
+//! changes is the one before with the values of the `k`-th change, in order. So a scene with changes determines its run
+//! alone: the run resumes and repeats to the same bits.
+
+use super::error::{FaultKind, SceneError};
+use super::set::Override;
+use super::{Scene, read};
+use crate::step::Time;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// Other values of keys from a time on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct Change {
+    /// The values hold from the first step on that begins at or after this time.
+    pub at: f64,
+    /// The new values by their dotted keys, as `--set` has them: `{ "growth.rate": 0.5, "time.dt": 0.01 }`.
+    pub set: BTreeMap<String, Value>,
+}
+
+impl Change {
+    /// At the time `at`, these values of dotted keys.
+    pub fn new(at: f64, set: impl IntoIterator<Item = (String, Value)>) -> Self {
+        Change { at, set: set.into_iter().collect() }
+    }
+}
+
+/// Keys that the state of a run has settled.
+const SETTLED: [&str; 7] = ["planar", "periodic", "bodies", "generate", "groups", "next_id", "time.start"];
+
+/// Keys of a bond that a state has settled, beside the number of bonds.
+const SETTLED_OF_BONDS: [&str; 2] = ["bodies", "at"];
+
+/// Keys of the run as a whole, which a change within it cannot set.
+const OF_RUN: [&str; 6] = ["name", "time.end", "output", "removal", "changes", "solver.dump"];
+
+/// Keys that decide which contacts multipliers belong to.
+const OF_CONTACTS: [&str; 2] = ["contact.method", "contact.rows"];
+
+/// A time that is later than a step's start by this part of the step counts as its start.
+const ROUNDING: f64 = 1e-6;
+
+/// Whether a state has settled a dotted key.
+pub(crate) fn is_settled(key: &str) -> bool {
+    let of_bond = |key: &str| {
+        let (_, of) = key.split_once('.').unwrap_or_default();
+        of.is_empty() || SETTLED_OF_BONDS.iter().any(|settled| is_in(of, settled))
+    };
+    SETTLED.iter().any(|settled| is_in(key, settled))
+        || key == "bonds"
+        || key.strip_prefix("bonds.").is_some_and(of_bond)
+}
+
+/// Whether a change of a dotted key makes multipliers of a state meaningless.
+pub(crate) fn is_of_contacts(key: &str) -> bool {
+    OF_CONTACTS.iter().any(|of| is_in(key, of) || is_in(of, key))
+}
+
+/// Whether a dotted key is `of`, or inside of it.
+fn is_in(key: &str, of: &str) -> bool {
+    key.strip_prefix(of).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// What follows the changes so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Changed {
+    /// The scene from a step on.
+    pub scene: Scene,
+    /// Steps taken before.
+    pub step: u64,
+    /// Whether multipliers of before fit the contacts of after.
+    pub keeps_multipliers: bool,
+}
+
+impl Scene {
+    /// The scene after its change number `index`, if `self` is the scene before it.
+    ///
+    /// # Errors
+    /// A key that does not exist or cannot change, a value that the scene refuses.
+    pub(crate) fn changed(&self, index: usize, not_before: u64) -> Result<Changed, SceneError> {
+        let change = &self.changes[index];
+        let named = |key: &str| format!("changes.{index}.set.{key}");
+        let step = self.time.first_at(change.at).max(not_before);
+        let mut sets = Vec::new();
+        for (key, value) in &change.set {
+            if is_settled(key) || OF_RUN.iter().any(|of| is_in(key, of) || is_in(of, key)) {
+                let why = "cannot change during a run";
+                return Err(SceneError::new(FaultKind::BadValue, named(key), why));
+            }
+            sets.push(Override::of_value(named(key), key, value.clone())?);
+        }
+        let under = |fault: SceneError| fault.under(&format!("changes.{index}.set"));
+        let mut scene = self.with_sets(&sets).map_err(under)?;
+        scene.time = scene.time.continuing(&self.time, step);
+        scene.check_without_changes().map_err(under)?;
+        Ok(Changed { scene, step, keeps_multipliers: !change.set.keys().any(|key| is_of_contacts(key)) })
+    }
+
+    /// The scene with other values of keys, but its own bodies, whose list may be long.
+    fn with_sets(&self, sets: &[Override]) -> Result<Scene, SceneError> {
+        let without = Scene { bodies: Vec::new(), generate: Vec::new(), changes: Vec::new(), ..self.clone() };
+        let scene = read::reread(&without, sets)?;
+        Ok(Scene {
+            bodies: self.bodies.clone(),
+            generate: self.generate.clone(),
+            changes: self.changes.clone(),
+            ..scene
+        })
+    }
+
+    /// What follows each change, in order, up to the first that is not valid.
+    fn all_changed(&self) -> impl Iterator<Item = Changed> {
+        let mut last: Option<Changed> = None;
+        (0..self.changes.len()).map_while(move |index| {
+            let (scene, from) = last.as_ref().map_or((self, 0), |last| (&last.scene, last.step));
+            last = scene.changed(index, from).ok();
+            last.clone()
+        })
+    }
+
+    /// The scene after each of its changes.
+    pub(crate) fn changed_scenes(&self) -> impl Iterator<Item = Scene> {
+        self.all_changed().map(|changed| changed.scene)
+    }
+
+    /// The time after these steps. Changes that are not valid are left out.
+    pub(crate) fn time_after(&self, step: u64) -> f64 {
+        // The state before a change that is due at it has the time of the steps before.
+        let last = self.all_changed().take_while(|changed| changed.step < step).last();
+        last.map_or(self.time, |changed| changed.scene.time).after(step)
+    }
+
+    /// Checks `changes`: their order, their keys, and that the scene after each is valid.
+    pub(super) fn check_changes(&self) -> Result<(), SceneError> {
+        let mut scene = None;
+        let (mut last, mut step) = (f64::NEG_INFINITY, 0);
+        for (index, change) in self.changes.iter().enumerate() {
+            // NaN is not in order.
+            if !(change.at >= last && change.at.is_finite()) {
+                let why = "must be a number, not before the change above it";
+                return Err(SceneError::bad(format!("changes.{index}.at"), why));
+            }
+            last = change.at;
+            let changed = scene.as_ref().unwrap_or(self).changed(index, step)?;
+            (step, scene) = (changed.step, Some(changed.scene));
+        }
+        Ok(())
+    }
+}
+
+impl Time {
+    /// The number of steps before the first one that begins at or after a time.
+    fn first_at(&self, time: f64) -> u64 {
+        ((time - self.start) / self.dt - ROUNDING).ceil().max(0.0) as u64
+    }
+
+    /// These steps after the first `step` ones of another, with a start such that the time goes on.
+    pub(crate) fn continuing(self, before: &Time, step: u64) -> Time {
+        let time = before.after(step);
+        let start = if self.after(step) == time { self.start } else { time - step as f64 * self.dt };
+        Time { start, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_settles_bodies_and_space_and_leaves_the_rest() {
+        for key in ["planar", "bodies.3.shape", "bonds", "bonds.2", "bonds.2.bodies.0", "time.start", "periodic.x"] {
+            assert!(is_settled(key), "{key}");
+        }
+        for key in ["growth.rate", "bonds.2.stiffness", "time.end", "planar_too", "walls", "seed"] {
+            assert!(!is_settled(key), "{key}");
+        }
+        assert!(is_of_contacts("contact") && is_of_contacts("contact.method.multisphere.count"));
+        assert!(!is_of_contacts("contact.friction"));
+    }
+
+    #[test]
+    fn changes_follow_each_other_and_the_time_goes_on() {
+        let text = r#"{ "name": "ball", "time": { "dt": 0.1, "end": 2 },
+            "bodies": [ { "shape": { "sphere": { "radius": 1 } }, "position": [0, 0, 0] } ],
+            "forces": [ { "uniform": { "force": [1, 0, 0] } } ],
+            "changes": [ { "at": 0.55, "set": { "time.dt": 0.05 } },
+                         { "at": 1, "set": { "forces.0.uniform.force": [0, 1, 0], "dynamics.overdamped.drag": 2 } } ] }"#;
+        let scene = Scene::parse(text, "ball.json").unwrap();
+        let first = scene.changed(0, 0).unwrap();
+        assert_eq!((first.step, first.scene.time.dt), (6, 0.05));
+        assert!((first.scene.time.after(6) - 0.6).abs() < 1e-12);
+        let second = first.scene.changed(1, first.step).unwrap();
+        assert_eq!(second.step, 14);
+        assert_eq!(second.scene.time, first.scene.time);
+        assert_eq!(second.scene.bodies, scene.bodies);
+        assert_eq!(Scene::parse(&scene.to_json(), "copy").unwrap(), scene);
+    }
+
+    #[test]
+    fn what_cannot_change_is_refused_with_its_key() {
+        let parse = |changes: &str| {
+            let text = format!(
+                r#"{{ "name": "ball", "time": {{ "dt": 0.1, "end": 2 }},
+                "bodies": [ {{ "shape": {{ "sphere": {{ "radius": 1 }} }}, "position": [0, 0, 0] }} ],
+                "changes": {changes} }}"#
+            );
+            Scene::parse(&text, "ball.json")
+        };
+        for (changes, key) in [
+            (r#"[{"at": 1, "set": {"planar": true}}]"#, "changes.0.set.planar"),
+            (r#"[{"at": 1, "set": {"time": {"dt": 0.1, "end": 3}}}]"#, "changes.0.set.time"),
+            (r#"[{"at": 1, "set": {"tim.dt": 0.1}}]"#, "tim"),
+            (r#"[{"at": 1, "set": {"time.dt": -0.1}}]"#, "changes.0.set.time.dt"),
+            (r#"[{"at": 1, "set": {"time.dt": "fast"}}]"#, "time.dt"),
+            (r#"[{"at": 1, "set": {}}, {"at": 0.5, "set": {}}]"#, "changes.1.at"),
+            (r#"[{"at": 1, "sets": {}}]"#, "changes.0.sets"),
+        ] {
+            let refused = parse(changes).unwrap_err();
+            assert!(refused.key().ends_with(key), "{changes}: {refused}");
+            assert!(refused.to_string().contains("changes"), "{changes}: {refused}");
+        }
+    }
+}

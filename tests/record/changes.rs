@@ -1,0 +1,123 @@
+//! Runs whose scene changes keys at given times.
+
+use relcp::record::{Folder, States};
+use relcp::run::{Branch, Run, Summary};
+use relcp::scene::Change;
+use relcp::{Compute, Scene, Simulation};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+fn cells(end: f64, changes: Value) -> Scene {
+    let sets = [format!("time.end={end}"), format!("changes={changes}")];
+    let fixed = ["time.dt=0.01", "growth.rate=2", "growth.stop=null", "output.every=0.25", "output.picture=false"];
+    Scene::load("colony", fixed.into_iter().chain(sets.iter().map(String::as_str))).unwrap()
+}
+
+fn begin(folder: &Path, scene: Scene) -> Run {
+    let folder = Folder::create(folder).unwrap();
+    Run::start(Simulation::new(scene).unwrap(), folder, Duration::ZERO).unwrap()
+}
+
+fn to_end(mut run: Run) -> Summary {
+    while !run.done() {
+        run.advance().unwrap();
+    }
+    run.finish().unwrap()
+}
+
+/// A table without its last column.
+fn rows(folder: &Path) -> Vec<String> {
+    let text = fs::read_to_string(folder.join("steps.csv")).unwrap();
+    text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
+}
+
+#[test]
+fn a_run_with_a_change_has_the_bits_of_a_branch_with_it() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    let changed = to_end(begin(&at("changed"), cells(2.5, json!([{"at": 1.5, "set": {"growth.rate": 0.5}}]))));
+    to_end(begin(&at("first"), cells(1.5, json!([]))));
+    let branch = Branch::open(&at("first"), None).unwrap();
+    let scene = Scene::load(branch.scene(), ["growth.rate=0.5", "time.end=2.5"]).unwrap();
+    let (simulation, parent) = branch.simulate(scene, &Compute::Cpu).unwrap();
+    let folder = Folder::create(&at("second")).unwrap();
+    let second = to_end(Run::start_from(simulation, folder, parent, Duration::ZERO).unwrap());
+    assert_eq!(changed.state_hash, second.state_hash);
+    assert_eq!(rows(&at("changed"))[151..], rows(&at("second"))[1..]);
+    let plain = to_end(begin(&at("plain"), cells(2.5, json!([]))));
+    assert!(plain.bodies > 2 * changed.bodies, "{} {}", plain.bodies, changed.bodies);
+}
+
+#[test]
+fn a_run_that_is_killed_before_at_or_after_a_change_goes_on_to_the_same_bits() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    let scene = || {
+        let changes =
+            json!([{"at": 0.505, "set": {"time.dt": 0.004, "growth.rate": 3}}, {"at": 1, "set": {"seed": 9}}]);
+        let mut scene = cells(1.25, changes);
+        scene.output.measures = vec!["radius".into()];
+        scene
+    };
+    let whole = to_end(begin(&at("whole"), scene()));
+    // 51 steps of 0.01 to time 0.51, then steps of 0.004.
+    assert_eq!(whole.steps, 51 + 185);
+    assert!((whole.time - 1.25).abs() < 1e-12);
+    let states = States::open(at("whole")).unwrap();
+    let times: Vec<f64> = (0..states.len()).map(|i| states.read(i).unwrap().time).collect();
+    for (time, expected) in times.iter().zip([0.0, 0.25, 0.5, 0.75, 1.0, 1.25]) {
+        assert!((time - expected).abs() <= 0.004, "{times:?}");
+    }
+    for steps in [20, 51, 52, 180] {
+        let path = at(&format!("{steps}"));
+        let mut run = begin(&path, scene());
+        for _ in 0..steps {
+            run.advance().unwrap();
+        }
+        run.checkpoint().unwrap();
+        drop(run);
+        let folder = Folder::open(&path).unwrap();
+        let recorded = Scene::read(folder.scene()).unwrap();
+        let resumed = to_end(Run::resume(recorded, folder, &Compute::Cpu).unwrap());
+        assert_eq!((&resumed.state_hash, rows(&path)), (&whole.state_hash, rows(&at("whole"))), "{steps}");
+        let measured = |folder: &Path| fs::read(folder.join("measures.csv")).unwrap();
+        assert_eq!(measured(&path), measured(&at("whole")));
+    }
+    // A branch knows the time of a state after the change.
+    let branch = Branch::open(&at("whole"), Some(1.1)).unwrap();
+    assert!((branch.time() - 1.0).abs() <= 0.004);
+}
+
+#[test]
+fn the_final_scene_keeps_only_the_changes_that_are_still_to_come() {
+    let changes = json!([{"at": 0.05, "set": {"growth.rate": 3}}, {"at": 1, "set": {"growth.rate": 1}}]);
+    let mut simulation = Simulation::new(cells(2.0, changes)).unwrap();
+    for _ in 0..10 {
+        simulation.step().unwrap();
+    }
+    assert_eq!((simulation.changes_made(), simulation.scene().growth[0].rate), (1, 3.0));
+    assert_eq!(simulation.whole_scene().growth[0].rate, 2.0);
+    let last = simulation.final_scene().unwrap();
+    assert_eq!(last.changes, [Change::new(1.0, [("growth.rate".into(), json!(1))])]);
+    assert_eq!(last.growth[0].rate, 3.0);
+}
+
+#[test]
+fn a_force_that_was_added_acts_on_after_a_change() {
+    use glam::DVec3;
+    use relcp::dynamics::Load;
+    let scene = r#"{ "name": "ball", "time": { "dt": 0.1, "end": 2 },
+        "bodies": [ { "shape": { "sphere": { "radius": 1 } }, "position": [0, 0, 0] } ],
+        "forces": [ { "uniform": { "force": [1, 0, 0] } } ],
+        "changes": [ { "at": 1, "set": { "forces.0.uniform.force": [0, 1, 0] } } ] }"#;
+    let mut simulation = Simulation::new(Scene::parse(scene, "ball.json").unwrap()).unwrap();
+    simulation.add_force(Box::new(|_: &relcp::Bodies, _: usize, _: f64| Load { force: DVec3::Z, torque: DVec3::ZERO }));
+    while !simulation.done() {
+        simulation.step().unwrap();
+    }
+    // Of drag 1 for each length: mobility 1/2.
+    let position = simulation.state().unwrap().bodies.position[0];
+    assert!((position.x - position.y).abs() < 1e-12 && (position.z - 2.0 * position.x).abs() < 1e-12, "{position}");
+}
