@@ -1,4 +1,4 @@
-// Brings the two entries of every pair to their places in the lists of its bodies.
+// Copies the two entries of every pair to their positions in the lists of its bodies.
 var<storage, read> pairs: array<vec2<u32>>;
 var<storage, read> first: array<u32>;
 var<storage, read> keys: array<u32>;

@@ -1,4 +1,4 @@
-// Brings pairs to their places in the order that they were sorted into.
+// Copies pairs to their positions in the sorted order.
 var<storage, read> found: array<vec2<u32>>;
 var<storage, read> places: array<u32>;
 var<storage, read_write> pairs: array<vec2<u32>>;

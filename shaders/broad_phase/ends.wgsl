@@ -1,7 +1,7 @@
-// The key that pairs are sorted by: one of their bodies. Sorted by the second body, then by the first, pairs stand in
-// an order that depends on nothing but which pairs there are.
+// The sort key of pairs: one of their bodies. Pairs are sorted by the second body, then by the first; the resulting
+// order depends only on the set of pairs.
 var<storage, read> found: array<vec2<u32>>;
-// Where every pair was found. The second body is the first key, so there is no order yet.
+// The index of every pair in the list as found. The second body is the first key, so there is no earlier order.
 var<storage, read_write> places: array<u32>;
 var<storage, read_write> keys: array<u32>;
 

@@ -1,21 +1,20 @@
-// The pairs that every body finds: first counted, then, by the same code, written. A body looks through those cells of
-// its own level that come after its own, z before y before x, and through all cells that it can touch of the coarser
-// levels.
+// The pairs that every body finds: first counted, then written by the same code. A body searches those cells of its own
+// level that come after its own cell, in the order z, y, x, and all cells of the coarser levels that it can touch.
 // In the order of columns; the last word is body and level.
 var<storage, read> cells: array<vec4<i32>>;
 var<storage, read> remainders: array<vec4r>;
 var<storage, read> boxes: array<vec4r>;
-// Where every column begins.
+// The start of every column.
 var<storage, read> starts: array<u32>;
 var<storage, read> survey: array<u32>;
-// By body: how many pairs it found, or where they go.
+// For each body: the number of pairs that it found, or the offset at which they are written.
 var<storage, read_write> list: array<u32>;
 var<storage, read_write> pairs: array<vec2<u32>>;
-// Faults, and the pairs that crowded bodies found.
+// Faults, and the number of pairs that crowded bodies found.
 var<storage, read_write> crowds: array<atomic<u32>, 2>;
 
-// Whether the box of the `q`th body touches this one. The slack is more than all roundings of this and of what was
-// rounded to `real` before it.
+// Whether the box of the `q`th body touches this one. The slack exceeds all rounding errors of this test and of the
+// earlier conversion to `real`.
 fn touches(cell: vec3<i32>, remainder: vec3r, half: vec3r, q: u32) -> bool {
     let apart = abs(lattice_difference(cell, remainder, cells[q].xyz, remainders[q].xyz));
     let reach = (half + boxes[q].xyz) * (1.0 + 4.0 * EPSILON) + 2.0 * EPSILON * PITCH;

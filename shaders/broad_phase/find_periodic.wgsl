@@ -1,6 +1,6 @@
-// As find.wgsl, in periodic space: the cells that a body looks through go round, each of them once, and a pair of one
-// level is found by the body of the lower number.
-// In one cell of space and in the order of columns; the last word is body and level.
+// As find.wgsl, in periodic space: the cells that a body searches wrap around, each is searched once, and the body with
+// the lower number finds a pair of one level.
+// Wrapped into one cell of space, in the order of columns; the last word is body and level.
 var<storage, read> cells: array<vec4<i32>>;
 var<storage, read> remainders: array<vec4r>;
 var<storage, read> boxes: array<vec4r>;
@@ -13,11 +13,11 @@ var<storage, read_write> crowds: array<atomic<u32>, 2>;
 // Additional lattice cells of a search: for two remainders of two and a half pitches, and a fractional period.
 const WRAPPED_SLACK: u32 = 6u;
 
-// Grid cells along the axes, from `start` on `count` of them; after `last` comes zero.
+// Grid cells along the axes: `count` of them from `start` on; after `last` follows zero.
 struct Around { start: vec3<i32>, count: vec3<i32>, last: vec3<i32> }
 
-// Whether the box of the `q`th body touches this one, through the nearest image: no other is nearer along any axis. The
-// slack is more than all roundings of this, of wrapping, and of what was rounded to `real` before it.
+// Whether the box of the `q`th body touches this one, through the nearest image: no other image is nearer along any
+// axis. The slack exceeds all rounding errors of this test, of wrapping, and of the earlier conversion to `real`.
 fn touches(cell: vec3<i32>, remainder: vec3r, half: vec3r, q: u32) -> bool {
     let apart = abs(lattice_difference(cell, remainder, cells[q].xyz, remainders[q].xyz));
     let reach = (half + boxes[q].xyz) * (1.0 + 4.0 * EPSILON) + 16.0 * EPSILON * PITCH;
@@ -33,7 +33,7 @@ fn level_reach(level: u32) -> vec3<u32> {
     return reach;
 }
 
-// The grid cells within `span` lattice cells of one; those of a whole period are all.
+// The grid cells within `span` lattice cells of one; all cells if these cover a whole period.
 fn around(cell: vec3<i32>, span: vec3<i32>, level: u32) -> Around {
     let periodic = PERIOD_CELLS > vec3<i32>(0);
     let whole = periodic & (span >= PERIOD_CELLS / 2);

@@ -1,6 +1,6 @@
-// For every pair, the body that was found in it, and its entry in that body's list.
+// For every pair, the body that was found in it, and the pair's entry in that body's list.
 var<storage, read> pairs: array<vec2<u32>>;
-// Where the pairs that a body found begin.
+// The offset of the pairs that a body found.
 var<storage, read> first: array<u32>;
 var<storage, read_write> keys: array<u32>;
 var<storage, read_write> entries: array<u32>;

@@ -1,4 +1,4 @@
-// The column of every body, and how many bodies each column has.
+// The column of every body, and the number of bodies in each column.
 var<storage, read> cells: array<vec4<i32>>;
 var<storage, read> classes: array<u32>;
 var<storage, read> survey: array<u32>;

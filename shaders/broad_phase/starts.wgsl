@@ -1,4 +1,4 @@
-// Where the pairs of every first body begin, and where the last one's end.
+// The start of every first body's pairs, and the end of the last one's.
 // The first bodies of the pairs, ascending.
 var<storage, read> keys: array<u32>;
 var<storage, read_write> first: array<u32>;

@@ -3,7 +3,7 @@
 
 // The offset of the list in `list`.
 @group(0) @binding(0) var<storage, read> places: array<vec4<u32>>;
-// For each member the range of its pieces; the pieces; the words to write.
+// For each member the range of its pieces; then the pieces; then the words to write.
 @group(0) @binding(1) var<storage, read> list: array<u32>;
 @group(0) @binding(2) var<storage, read_write> arena: array<u32>;
 

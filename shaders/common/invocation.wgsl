@@ -7,7 +7,7 @@ fn group_index(group: vec3<u32>, groups: vec3<u32>) -> u32 {
     return group.y * groups.x + group.x;
 }
 
-// Whether a number is finite, by its bits: compilers take liberties with comparisons of NaN.
+// Whether a number is finite, from its bits: compilers may change comparisons with NaN.
 fn is_finite(x: real) -> bool {
     return (bitcast<u32>(f32(x)) & 0x7f800000u) != 0x7f800000u;
 }

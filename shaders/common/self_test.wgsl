@@ -1,4 +1,4 @@
-// Each invocation writes a number made from its index, and how many rounds its loop made.
+// Each invocation writes a number computed from its index, and the number of rounds of its loop.
 var<storage, read_write> out: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)

@@ -2,8 +2,8 @@
 // at the other. Bonds are summed in the order of their indices.
 
 var<storage, read> broken: array<u32>;
-// Where the entries of each body begin, where those of the last one end, and the entries: twice a bond's number, and
-// one more at its second body.
+// For each body the offset of its entries, then the end of the last ones; then the entries: twice a bond's number, plus
+// one at its second body.
 var<storage, read> incident: array<u32>;
 var<storage, read_write> loads: array<vec4r>;
 

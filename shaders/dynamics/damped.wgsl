@@ -1,6 +1,6 @@
-// Newton's and Euler's equations with drag over one step, solved exactly for steady forces about the axes of the
-// step's start. In the step's middle the impulses of half a step, which `damped_middle.wgsl` makes the motion of the
-// step from its start.
+// Newton's and Euler's equations with drag over one step, solved exactly for steady forces about the axes of the step's
+// start. In the step's middle only the impulses of half a step; `damped_middle.wgsl` computes from them the motion of
+// the step from its start.
 fn law(shape: vec4r, q: vec4r, load: Load, velocity: vec3r, kept: vec3r) -> Motion {
     let body = solid(shape);
     let mass = DENSITY * body.volume;

@@ -1,7 +1,8 @@
 // Divisions: a mother becomes the daughter at its lower end; the one at its upper end has a new index. The host
 // determines which cells divide, and their random rotations.
 
-// Three vectors a division: (mother, upper daughter, coarse length, fine length), and the turns of both daughters.
+// Three vectors per division: (mother, upper daughter, coarse length, fine length), and the rotations of both
+// daughters.
 var<storage, read> divisions: array<vec4r>;
 var<storage, read> indices: array<vec2<u32>>;
 var<storage, read_write> cells: array<vec4<i32>>;

@@ -3,7 +3,7 @@
 
 var<storage, read_write> shapes: array<vec4r>;
 var<storage, read_write> lengths: array<vec2r>;
-// What each body grows by in a step, as a part of its length.
+// The relative growth of each body in a step.
 var<storage, read> growths: array<real>;
 
 @compute @workgroup_size(WORKGROUP)

@@ -1,7 +1,7 @@
 // Marks pairs without mobility, two fixed bodies or one and a wall, as far: they have no row and no overlap.
 
 var<storage, read> pairs: array<vec2<u32>>;
-// Of the first bodies: those after them move.
+// For the first bodies: whether they are fixed. All later bodies move.
 var<storage, read> is_fixed: array<u32>;
 var<storage, read_write> contacts: array<vec4r>;
 

@@ -1,6 +1,6 @@
-// Newton's and Euler's equations over one step: u + dt F / m, the mean angular velocity of a free turn from L + dt T,
-// effective mobility dt M^-1. In the step's middle the impulses alone, which `middle.wgsl` makes the motion of the step
-// from its start.
+// Newton's and Euler's equations over one step: u + dt F / m, the mean angular velocity of a free rotation from L + dt
+// T, effective mobility dt M^-1. In the step's middle only the impulses; `middle.wgsl` computes from them the motion of
+// the step from its start.
 fn law(shape: vec4r, q: vec4r, load: Load, velocity: vec3r, kept: vec3r) -> Motion {
     let body = solid(shape);
     let mass = DENSITY * body.volume;

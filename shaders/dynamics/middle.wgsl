@@ -1,8 +1,8 @@
 // The motion over a step with a middle, for bodies with inertia. `motions` holds the mobilities and the impulses of the
 // forces in the middle.
 //
-// Half of the impulses comes before the move and half after it: u_free = u + dt F / 2 m, w_free is the mean velocity of
-// a free turn from L + dt T / 2.
+// Half of the impulses comes before the move and half after it: u_free = u + dt F / 2 m, w_free is the mean angular
+// velocity of a free rotation from L + dt T / 2.
 
 var<storage, read> orientations: array<vec4r>;
 var<storage, read> twists: array<vec4r>;

@@ -1,4 +1,5 @@
-// How many keys of every block have each digit, digit by digit. The atomics count, so their order does not matter.
+// The number of keys with each digit in every block, sorted by digit. The atomics only count, so their order does not
+// matter.
 var<storage, read> keys: array<u32>;
 var<storage, read_write> counts: array<u32>;
 

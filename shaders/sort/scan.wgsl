@@ -1,4 +1,4 @@
-// Sums before every entry inside its block, and the total of every block. Entries from `counted` on count nothing.
+// The sum before every entry within its block, and the total of every block. Entries from `counted` on count as zero.
 var<storage, read> counts: array<u32>;
 var<storage, read_write> out: array<u32>;
 var<storage, read_write> totals: array<u32>;

@@ -1,4 +1,4 @@
-// Adds to every entry what comes before its block.
+// Adds the sum of all earlier blocks to every entry.
 var<storage, read> before: array<u32>;
 var<storage, read_write> out: array<u32>;
 

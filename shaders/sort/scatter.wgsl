@@ -1,7 +1,7 @@
-// Brings keys and values to where their digit belongs, keys of the same digit in the order that they had.
+// Copies keys and values to the range of their digit. Keys with the same digit keep their order.
 var<storage, read> keys: array<u32>;
 var<storage, read> values: array<u32>;
-// Where the keys of every digit and block begin, digit by digit.
+// The offset of the keys of every digit and block, sorted by digit.
 var<storage, read> starts: array<u32>;
 var<storage, read_write> sorted_keys: array<u32>;
 var<storage, read_write> sorted_values: array<u32>;

@@ -6,7 +6,7 @@ var<storage, read> stored_remainders: array<vec4r>;
 var<storage, read> stored_boxes: array<vec4r>;
 var<storage, read> shapes: array<vec4r>;
 var<storage, read> surfaces: array<vec4r>;
-// By body: how many places it found, or where they go.
+// For each body: the number of places that it found, or the offset at which they are written.
 var<storage, read_write> list: array<u32>;
 var<storage, read_write> pairs: array<vec2<u32>>;
 

@@ -1,13 +1,13 @@
-//! The device of a program that was built without the feature `gpu`: there is none.
+//! The device of a program built without the feature `gpu`: opening one always fails.
 
 use super::{AdapterReport, Choice, GpuError, PipelineReport, Precision, StageUse};
 use std::sync::Arc;
 
-/// An open device: there is none.
+/// An open device. The type has no value.
 pub enum Gpu {}
 
 impl Gpu {
-    /// Says that there is no device.
+    /// Returns the error that no device exists.
     ///
     /// # Errors
     /// [`GpuError::NotBuilt`], always.
@@ -15,7 +15,7 @@ impl Gpu {
         Err(GpuError::NotBuilt)
     }
 
-    /// Says that nothing is asked of the device for long.
+    /// Tells the device that no requests follow for a while.
     pub fn rest(&self) {
         match *self {}
     }
@@ -35,30 +35,30 @@ impl Gpu {
         match *self {}
     }
 
-    /// The numbers that it computes with where none are asked for.
+    /// The default precision.
     pub fn default_precision(&self) -> Precision {
         match *self {}
     }
 
-    /// What one should know of the adapter.
+    /// Warnings about the adapter.
     pub fn warnings(&self) -> Vec<String> {
         match *self {}
     }
 
-    /// Whether it computes in a precision.
+    /// Whether the adapter supports a precision.
     ///
     /// # Errors
-    /// None: there is no value to ask.
+    /// None: the type has no value.
     pub fn check(&self, _precision: Precision) -> Result<(), GpuError> {
         match *self {}
     }
 
-    /// Bytes of all buffers at once, at most.
+    /// The largest number of bytes of all buffers at once.
     pub fn peak_bytes(&self) -> u64 {
         match *self {}
     }
 
-    /// Makes drivers compile kernels at once.
+    /// Makes drivers compile kernels when they are created.
     pub fn compile_at_once(&self) {
         match *self {}
     }
@@ -72,7 +72,7 @@ impl Gpu {
         match *self {}
     }
 
-    /// The pipelines made so far.
+    /// The pipelines created so far.
     pub fn pipelines(&self) -> Vec<PipelineReport> {
         match *self {}
     }
@@ -87,24 +87,24 @@ pub fn adapters(_choice: &Choice) -> Vec<AdapterReport> {
     Vec::new()
 }
 
-/// Many scenes on one device: there is none.
+/// Many scenes on one device. The type has no value.
 pub enum Ensemble {}
 
 impl Ensemble {
-    /// An ensemble on a device, of which there is none.
+    /// An ensemble on a device; it cannot exist.
     ///
     /// # Errors
-    /// None: there is no value to ask.
+    /// None: the type has no value.
     pub fn new(gpu: Arc<Gpu>) -> Result<Ensemble, GpuError> {
         match *gpu {}
     }
 
-    /// Members with so many bodies each that fit at once, about.
+    /// The approximate number of members with this many bodies each that fit at once.
     pub fn members_that_fit(&self, _bodies: u64) -> u64 {
         match *self {}
     }
 
-    /// How many members there are now.
+    /// The present number of members.
     pub fn members(&self) -> usize {
         match *self {}
     }

@@ -5,7 +5,7 @@ use super::{AdapterReport, Choice, GpuError};
 
 pub(super) fn instance() -> wgpu::Instance {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    // Indirect dispatches are written by kernels of our own; checking each costs 20 times what the dispatch does.
+    // Our own kernels write the indirect dispatches; the validation of each costs 20 times as much as the dispatch.
     descriptor.flags = wgpu::InstanceFlags::empty();
     wgpu::Instance::new(descriptor)
 }
@@ -20,7 +20,7 @@ fn kind(info: &wgpu::AdapterInfo) -> &'static str {
     }
 }
 
-/// Better adapters first.
+/// The rank of an adapter: better ones first.
 fn rank(info: &wgpu::AdapterInfo) -> u8 {
     match info.device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
@@ -46,13 +46,13 @@ fn listed(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     adapters
 }
 
-/// What an adapter lacks of the limits that every kernel here stays inside.
+/// The limits that every kernel needs and the adapter does not meet.
 fn lacks(adapter: &wgpu::Adapter) -> Vec<String> {
     let mut lacks = Vec::new();
     let wanted = wgpu::Limits::default();
     let has = adapter.limits();
     wanted.check_limits_with_fail_fn(&has, false, |name, wanted, has| {
-        // Nothing is drawn here, so what concerns pictures does not matter.
+        // relcp draws nothing with the device, so limits of textures and render passes do not matter.
         let compute = ["compute", "storage_buffer", "buffer_size", "bind_groups", "uniform_buffer", "bindings_per"];
         if compute.iter().any(|part| name.contains(part)) {
             lacks.push(format!("{name}: {has}, not {wanted}"));
@@ -96,7 +96,7 @@ fn described(adapter: &wgpu::Adapter, choice: &Choice) -> String {
     format!("{} ({}){why}", info.name, kind(&info))
 }
 
-/// All adapters of this machine, and which one would be taken.
+/// All adapters of this machine, with a flag for the one that would be used.
 pub fn adapters(choice: &Choice) -> Vec<AdapterReport> {
     let all = listed(&instance());
     let taken = pick(&all, &Choice { software: true, ..choice.clone() }).ok().map(|adapter| adapter.get_info());

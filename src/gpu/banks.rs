@@ -19,19 +19,19 @@ use std::collections::hash_map::Entry;
 pub(super) struct Banked {
     /// Its name.
     pub name: String,
-    /// How many banks there are.
+    /// The number of banks.
     pub banks: u32,
-    /// Elements of one.
+    /// Elements per bank.
     pub elements: u64,
 }
 
-/// The variables of an array in banks.
+/// The variables of a banked array.
 struct Banks {
     variables: Vec<Handle<GlobalVariable>>,
     elements: u32,
 }
 
-/// The path from an array to what a pointer points to, with the computed indices in order.
+/// The path from an array to the target of a pointer, with the computed indices in order.
 #[derive(Clone)]
 struct Place {
     array: Handle<GlobalVariable>,
@@ -42,13 +42,13 @@ struct Place {
 type Arrays = HashMap<Handle<GlobalVariable>, Banks>;
 type Places = HashMap<Handle<Expression>, Place>;
 type Accessors = HashMap<Accessor, Handle<Function>>;
-/// The calls in the place of loads: the function and its arguments.
+/// The calls that replace loads: the function and its arguments.
 type Calls = HashMap<Handle<Expression>, (Handle<Function>, Vec<Handle<Expression>>)>;
 
-/// Splits arrays of a kernel into banks, and numbers all storage bindings anew, in their order.
+/// Splits arrays of a kernel into banks, and renumbers all storage bindings in order.
 ///
 /// # Errors
-/// What the kernel does with such an array that cannot be split.
+/// A use of such an array that cannot be split.
 pub(super) fn split(module: &mut Module, info: &naga::valid::ModuleInfo, of: &[Banked]) -> Result<(), String> {
     let arrays = declare(module, of)?;
     let mut wanted = Vec::new();
@@ -120,7 +120,7 @@ fn declare(module: &mut Module, of: &[Banked]) -> Result<Arrays, String> {
     Ok(arrays)
 }
 
-/// The pointers of a function into arrays in banks.
+/// The pointers of a function into banked arrays.
 fn places(
     module: &Module,
     function: &Function,
@@ -169,7 +169,7 @@ fn loaded<'a>(expression: &Expression, places: &'a Places) -> Option<&'a Place> 
     }
 }
 
-/// Adds what a function needs to load and store.
+/// Adds the accessors that a function needs to load and store.
 fn want(function: &Function, places: &Places, wanted: &mut Vec<Accessor>) {
     let loads = function.expressions.iter().filter_map(|(_, expression)| loaded(expression, places));
     wanted.extend(loads.map(|place| place.accessor(false)));
@@ -180,7 +180,7 @@ fn want(function: &Function, places: &Places, wanted: &mut Vec<Accessor>) {
     });
 }
 
-/// A function that calls `accessors`, and other functions where they have `moved` to.
+/// A function that calls `accessors`, and other functions by the handles in `moved`.
 fn rewritten(
     mut function: Function,
     places: &Places,
@@ -217,7 +217,7 @@ fn rewritten(
     if refused { Err("an array in banks has neither atomics nor pointers".into()) } else { Ok(function) }
 }
 
-/// Emits expressions, with calls in the place of loads.
+/// Emits expressions, with calls instead of loads.
 fn emit(range: naga::Range<Expression>, loads: &Calls, span: Span, out: &mut Block) {
     let mut run: Option<(Handle<Expression>, Handle<Expression>)> = None;
     let flush = |run: &mut Option<_>, out: &mut Block| {
@@ -238,7 +238,7 @@ fn emit(range: naga::Range<Expression>, loads: &Calls, span: Span, out: &mut Blo
     flush(&mut run, out);
 }
 
-/// The block with every statement replaced by what `each` adds for it, within other statements too.
+/// The block with every statement replaced by the statements that `each` adds for it, also within nested statements.
 fn rebuilt(block: Block, each: &mut dyn FnMut(Statement, Span, &mut Block)) -> Block {
     let mut out = Block::with_capacity(block.len());
     for (statement, span) in block.span_into_iter() {

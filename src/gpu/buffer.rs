@@ -7,14 +7,14 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// A buffer grows by at least this factor, so that n elements cost O(n) copies in all.
+/// A buffer grows by at least this factor, so that n elements cost O(n) copies in total.
 const GROWTH: f64 = 1.5;
 
-/// Where an array lies.
+/// The memory of an array.
 pub(super) enum Place {
-    /// In a buffer of its own.
+    /// A separate buffer.
     Own(wgpu::Buffer),
-    /// In the arena of an ensemble.
+    /// A part of the arena of an ensemble.
     Part { of: Arc<Membership>, range: Range<u64> },
 }
 
@@ -88,7 +88,7 @@ impl Buffer {
         self.size
     }
 
-    /// How many elements there is room for.
+    /// The number of elements that fit.
     pub fn capacity(&self) -> u64 {
         self.capacity
     }
@@ -98,7 +98,7 @@ impl Buffer {
         self.element
     }
 
-    /// Makes room for `needed` elements; what was in it is lost if it grows. Says whether it grew.
+    /// Reserves memory for `needed` elements; the contents are lost if it grows. Returns whether it grew.
     ///
     /// # Errors
     /// As [`Buffer::new`].
@@ -110,7 +110,7 @@ impl Buffer {
         Ok(true)
     }
 
-    /// Makes room for `needed` elements and keeps what was in it.
+    /// Reserves memory for `needed` elements and keeps the contents.
     ///
     /// # Errors
     /// As [`Buffer::new`].
@@ -124,7 +124,7 @@ impl Buffer {
         Ok(true)
     }
 
-    /// Room to grow into, though not beyond one binding for that.
+    /// The capacity to grow to; growth beyond `needed` stays within one binding.
     fn grown(&self, gpu: &Gpu, needed: u64) -> u64 {
         let more = (needed as f64 * GROWTH) as u64;
         let grown = needed.max(more.min(gpu.bank_bytes() / self.element as u64));
@@ -132,7 +132,8 @@ impl Buffer {
         grown
     }
 
-    /// The parts that it is bound in: offset and bytes of each. One, but for a buffer larger than a binding may be.
+    /// The parts in which the buffer is bound: offset and bytes of each. One part, except for a buffer larger than a
+    /// binding.
     pub(super) fn banks(&self, bank_bytes: u64) -> impl Iterator<Item = (u64, u64)> {
         let size = self.size;
         (0..size.div_ceil(bank_bytes)).map(move |bank| {
@@ -147,7 +148,7 @@ impl Buffer {
         match &self.place {
             _ if bytes.is_empty() => {}
             Place::Own(raw) => {
-                // What was submitted before may read what is there now.
+                // Work that was submitted earlier may still read the present contents.
                 gpu.hand_over();
                 gpu.queue.write_buffer(raw, offset, bytes);
             }
@@ -155,7 +156,7 @@ impl Buffer {
         }
     }
 
-    /// A range of its bytes as bytes of the arena that it lies in; none where it is a buffer of its own.
+    /// A range of its bytes as a range of the arena; `None` for a separate buffer.
     pub(super) fn part(&self, bytes: Range<u64>) -> Option<Range<u64>> {
         match &self.place {
             Place::Own(_) => None,
@@ -163,7 +164,7 @@ impl Buffer {
         }
     }
 
-    /// The buffer that it is, where it is not a part of an arena.
+    /// The separate buffer; `None` for a part of an arena.
     pub(super) fn own(&self) -> Option<&wgpu::Buffer> {
         match &self.place {
             Place::Own(raw) => Some(raw),
@@ -198,7 +199,7 @@ impl Drop for Buffer {
         }
         self.shared.stale.store(true, Ordering::Relaxed);
         if let Place::Part { of, range } = &self.place {
-            // Work that is pending may speak of it.
+            // Pending work may still use this range.
             of.append([Work::Leave(range.clone())]);
         }
     }

@@ -5,7 +5,7 @@
 use super::function::Plan;
 use super::{Source, kernel};
 
-/// A `switch` of a kernel: the labels of its cases, and what its default does.
+/// A `switch` of a kernel: the labels of its cases, and the code of its default.
 struct Switch {
     labels: Vec<String>,
     default: String,
@@ -37,7 +37,7 @@ pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
 
 /// A kernel that has parameters or arrays can serve the members of an ensemble.
 fn check_merged(source: &Source, module: &naga::Module) -> Result<(), String> {
-    // Texts of tests may have none.
+    // The texts of some tests have no entry point.
     if module.entry_points.is_empty() {
         return Ok(());
     }
@@ -46,7 +46,7 @@ fn check_merged(source: &Source, module: &naga::Module) -> Result<(), String> {
     kernel::check(&merged.module, source.precision(), "").map(|_| ())
 }
 
-/// The text in the braces that open at `open`.
+/// The text in the braces that begin at `open`.
 fn block(text: &str, open: usize) -> &str {
     let mut depth = 0;
     for (at, byte) in text.bytes().enumerate().skip(open) {

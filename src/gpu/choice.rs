@@ -1,20 +1,20 @@
 //! The requested adapter and the properties of each adapter.
 
-/// Which adapter is wanted.
+/// The requested adapter.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Choice {
-    /// A part of its name, in any case of letters.
+    /// A part of its name; case is ignored.
     pub name: Option<String>,
-    /// Whether a software adapter will do.
+    /// Whether a software adapter is acceptable.
     pub software: bool,
-    /// Ask for no more than every adapter has, so that the smallest limits are tried.
+    /// Requests only the limits that every adapter has, to test the smallest limits.
     pub default_limits: bool,
 }
 
 /// The [kind](AdapterReport::kind) of an adapter that is a program on the CPU.
 pub(super) const SOFTWARE: &str = "software";
 
-/// One adapter, as `relcp devices` shows it.
+/// An adapter in the output of `relcp devices`.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct AdapterReport {
@@ -30,22 +30,22 @@ pub struct AdapterReport {
     pub f64: bool,
     /// Whether kernels can be timed.
     pub timestamps: bool,
-    /// Largest buffer, bytes.
+    /// The largest buffer in bytes.
     pub max_buffer: u64,
-    /// Largest binding, bytes.
+    /// The largest binding in bytes.
     pub max_binding: u64,
-    /// Storage buffers a kernel may use.
+    /// The number of storage buffers that a kernel may use.
     pub storage_buffers: u32,
-    /// Invocations of a workgroup.
+    /// The number of invocations of a workgroup.
     pub workgroup: u32,
-    /// What keeps it from being used; empty where nothing does.
+    /// The reasons why it cannot be used; empty if it can.
     pub lacks: Vec<String>,
-    /// Whether it is taken where a device is asked for: software will do, hardware comes first.
+    /// Whether this choice selects it: a software adapter only if it is acceptable and no hardware adapter fits.
     pub taken: bool,
 }
 
 impl AdapterReport {
-    /// Whether it is not a program on the CPU.
+    /// Whether the adapter is hardware.
     pub fn is_hardware(&self) -> bool {
         self.kind != SOFTWARE
     }

@@ -12,21 +12,21 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The longest that a device may take over what it was given at once. The longest honest submission, a batch of
-/// iterations at a million rows on a software adapter, takes some 10 s.
+/// The longest time for one submission. The longest valid submission, a batch of iterations at a million rows on a
+/// software adapter, takes some 10 s.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Bindings of one buffer at most; adapters with more than 32 for one kernel are rare, and a kernel has up to eight
-/// buffers.
+/// The largest number of bindings of one buffer. Few adapters have more than 32 bindings per kernel, and a kernel has
+/// up to eight buffers.
 const MOST_BANKS: u64 = 16;
 
-/// Elements that the buffers of an ensemble's members begin with: there are some hundred of them a member.
+/// The initial capacity of the buffers of an ensemble's members, in elements: a member has some hundred buffers.
 const LEAST_CAPACITY_OF_MEMBERS: u64 = 32;
 
-/// Offsets of bindings are multiples of this on every adapter.
+/// Every adapter accepts multiples of this as offsets of bindings.
 const LEAST_BANK_BYTES: u64 = 256;
 
-/// What buffers there are.
+/// The existing buffers.
 #[derive(Debug, Default)]
 pub(super) struct Allocations {
     pub live: BTreeMap<u64, (String, u64)>,
@@ -35,16 +35,16 @@ pub(super) struct Allocations {
     pub peak: u64,
 }
 
-/// Buffers and the device share this.
+/// Shared by buffers and the device.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
     pub allocations: Mutex<Allocations>,
-    /// A buffer is gone: bind groups that hold on to it must go too.
+    /// Whether a buffer was dropped: bind groups that refer to it must be dropped too.
     pub stale: AtomicBool,
     fault: Mutex<Option<GpuError>>,
 }
 
-/// By the kernel, the buffer of its parameters, and its other buffers.
+/// Keyed by the kernel, the buffer of its parameters, and its other buffers.
 pub(super) type BindGroups = HashMap<(u64, Option<usize>, Vec<u64>), wgpu::BindGroup>;
 
 /// An open device.
@@ -59,7 +59,7 @@ pub struct Gpu {
     next: AtomicU64,
     pub(super) shared: Arc<Shared>,
     pub(super) tally: Mutex<Tally>,
-    /// When a profile was begun, and what was counted until then.
+    /// The start of the profile, and the counts at that time.
     profiled_from: Mutex<(Instant, Tally)>,
     pub(super) pipelines: Mutex<Vec<PipelineReport>>,
     pub(super) kernels: KernelCache,
@@ -74,20 +74,20 @@ pub struct Gpu {
     most_bank_bytes: AtomicU64,
     patience_ms: AtomicU64,
     compile_at_once: AtomicBool,
-    /// The ensemble that it is a member of, if it is.
+    /// The membership, if the device is a member of an ensemble.
     pub(super) member: Option<Arc<Membership>>,
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // What is behind these locks is whole at every point, so a panic elsewhere does not spoil it.
+    // The data behind these locks are consistent at every point, so a panic elsewhere does not invalidate them.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Gpu {
-    /// Opens the adapter that fits the choice and tests that it computes rightly.
+    /// Opens the adapter that fits the choice and tests that it computes correctly.
     ///
     /// # Errors
-    /// [`GpuError::NoAdapter`], [`GpuError::SelfTest`], or what the driver refuses.
+    /// [`GpuError::NoAdapter`], [`GpuError::SelfTest`], or an error of the driver.
     pub fn open(choice: &Choice) -> Result<Self, GpuError> {
         let instance = adapter::instance();
         let adapter = adapter::find(&instance, choice)?;
@@ -149,7 +149,7 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// The same device for a member of an ensemble: with counters, buffers and faults of its own.
+    /// The same device for a member of an ensemble, with its own counters, buffers and faults.
     pub(super) fn of_member(&self, membership: Membership) -> Gpu {
         let of = |atomic: &AtomicU64| AtomicU64::new(atomic.load(Ordering::Relaxed));
         Gpu {
@@ -181,14 +181,14 @@ impl Gpu {
         }
     }
 
-    /// Says that what is recorded next begins a step. Members of an ensemble begin theirs together.
+    /// Marks the work recorded next as the beginning of a step. Members of an ensemble begin their steps together.
     pub fn begin_step(&self) {
         if let Some(member) = &self.member {
             member.begin_step();
         }
     }
 
-    /// Says that nothing is asked of the device for long. Other members of its ensemble need not wait for this one.
+    /// Tells the ensemble that this member makes no requests for a while, so that other members need not wait for it.
     pub fn rest(&self) {
         if let Some(member) = &self.member {
             member.rest();
@@ -205,18 +205,18 @@ impl Gpu {
         &self.driver
     }
 
-    /// Whether the adapter is a program on the CPU.
+    /// Whether the adapter is software that runs on the CPU.
     pub fn is_software(&self) -> bool {
         self.software
     }
 
-    /// Whether kernels can compute with 64-bit floats.
+    /// Whether kernels can use 64-bit floats.
     pub fn has_f64(&self) -> bool {
         self.features.contains(wgpu::Features::SHADER_F64)
     }
 
-    /// The numbers that it computes with where none are asked for: f64 where the adapter is a program on the CPU and
-    /// has them, which take it as long as f32; f32 on hardware, where f64 takes 2 to 64 times as long.
+    /// The default precision: f64 on software adapters that support it, where it takes as long as f32; f32 on hardware,
+    /// where f64 takes 2 to 64 times as long.
     pub fn default_precision(&self) -> Precision {
         if self.is_software() && self.has_f64() { Precision::F64 } else { Precision::F32 }
     }
@@ -226,7 +226,7 @@ impl Gpu {
         self.features.contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
-    /// Refuses a precision that the adapter does not have.
+    /// Checks that the adapter supports a precision.
     ///
     /// # Errors
     /// [`GpuError::NoF64`].
@@ -237,45 +237,45 @@ impl Gpu {
         Ok(())
     }
 
-    /// What the user should know of this adapter.
+    /// Warnings about this adapter.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// What the device did so far.
+    /// The counters of the device so far.
     pub fn counters(&self) -> Counters {
         lock(&self.tally).total()
     }
 
-    /// The pipelines made so far.
+    /// The pipelines created so far.
     pub fn pipelines(&self) -> Vec<PipelineReport> {
         lock(&self.pipelines).clone()
     }
 
-    /// The buffers there are: label and bytes.
+    /// The existing buffers: label and bytes.
     pub fn buffers(&self) -> Vec<(String, u64)> {
         lock(&self.shared.allocations).live.values().cloned().collect()
     }
 
-    /// How many buffers were made so far. Each new one makes the device bind kernels anew.
+    /// The number of buffers created so far. For each new one, the device must bind kernels again.
     pub fn buffers_made(&self) -> u64 {
         lock(&self.shared.allocations).made
     }
 
-    /// The most bytes that buffers held at once.
+    /// The largest number of bytes that buffers held at once.
     pub fn peak_bytes(&self) -> u64 {
         lock(&self.shared.allocations).peak
     }
 
-    /// The most elements of `bytes` each that one buffer may hold.
+    /// The largest number of elements of `bytes` each that fit in one buffer.
     pub fn most_elements(&self, bytes: usize) -> u64 {
         // The arena of an ensemble is one binding.
         let banks = if self.member.is_some() { 1 } else { MOST_BANKS };
         self.limits.max_buffer_size.min(banks * self.bank_bytes()) / bytes as u64
     }
 
-    /// Makes drivers compile every kernel when it is made, not at its first use: one workgroup of it is run on zeros.
-    /// Then the seconds in [`PipelineReport`] are all that a kernel costs.
+    /// Makes drivers compile every kernel when it is created, not at its first use, by running one workgroup of it on
+    /// zeros. The seconds in [`PipelineReport`] are then the whole cost of a kernel.
     pub fn compile_at_once(&self) {
         self.compile_at_once.store(true, Ordering::Relaxed);
     }
@@ -284,19 +284,19 @@ impl Gpu {
         self.compile_at_once.load(Ordering::Relaxed)
     }
 
-    /// Bytes that are bound at once: buffers that are larger are bound in several banks. A power of two.
+    /// The largest number of bytes that one binding covers: larger buffers are bound in several banks. A power of two.
     pub fn bank_bytes(&self) -> u64 {
         let most = self.limits.max_storage_buffer_binding_size.min(self.most_bank_bytes.load(Ordering::Relaxed));
         1 << most.max(LEAST_BANK_BYTES).ilog2()
     }
 
-    /// Binds at most so many bytes at once from now on, rounded down to a power of two; at least 256. For tests:
-    /// kernels made before for several banks do not fit afterwards, so it must be called before any work.
+    /// Limits a binding to this many bytes from now on, rounded down to a power of two, at least 256. For tests.
+    /// Kernels that were compiled for several banks do not fit afterwards, so call it before any work.
     pub fn set_bank_bytes(&self, most: u64) {
         self.most_bank_bytes.store(most, Ordering::Relaxed);
     }
 
-    /// Elements that growing buffers begin with at least. Tests make it small, so that everything overflows.
+    /// The smallest initial capacity of growing buffers. Tests make it small, so that every buffer must grow.
     pub fn set_least_capacity(&self, elements: u64) {
         self.least_capacity.store(elements.max(1), Ordering::Relaxed);
     }
@@ -305,12 +305,12 @@ impl Gpu {
         self.least_capacity.load(Ordering::Relaxed)
     }
 
-    /// Waits for a submission no longer than this, instead of two minutes.
+    /// The longest wait for a submission, instead of two minutes.
     pub fn set_patience(&self, patience: Duration) {
         self.patience_ms.store(patience.as_millis() as u64, Ordering::Relaxed);
     }
 
-    /// Gives the device up: whatever is asked of it from now on is answered by [`GpuError::Lost`].
+    /// Destroys the device: all later requests return [`GpuError::Lost`].
     pub fn destroy(&self) {
         self.device.destroy();
         self.shared.fail(GpuError::Lost { reason: "it was given up".into() });
@@ -321,22 +321,22 @@ impl Gpu {
         Recorder::new(self)
     }
 
-    /// Begins a profile: counts from now on, and times kernels by stage where the adapter can.
+    /// Starts a profile: counts from now on, and times kernels by stage if the adapter supports it.
     pub fn start_timing(&self) {
         *lock(&self.profiled_from) = (Instant::now(), lock(&self.tally).clone());
-        // What a member does is timed with the others.
+        // The work of a member is timed with that of the others.
         if self.has_timestamps() && self.member.is_none() {
             *lock(&self.timer) = Some(Timer::new(self));
         }
     }
 
-    /// Times no kernels from now on. What was timed is forgotten.
+    /// Stops timing kernels, and drops the times.
     pub fn stop_timing(&self) {
         *lock(&self.timer) = None;
     }
 
-    /// Seconds since the profile was begun, and what each stage did since then; all since the device was opened where
-    /// none was begun. What was submitted and is not done yet is waited for where kernels are timed.
+    /// Seconds since the start of the profile, and the work of each stage since then; without a profile, all work since
+    /// the device was opened. If kernels are timed, this waits for all submitted work.
     pub(super) fn profiled(&self) -> (f64, Vec<StageUse>) {
         self.hand_over();
         let mut timer = lock(&self.timer);
@@ -363,7 +363,7 @@ impl Gpu {
         self.next.fetch_add(1, Ordering::Relaxed)
     }
 
-    /// The first fault that the device reported, which stays.
+    /// The first fault that the device reported. It persists.
     ///
     /// # Errors
     /// That fault.
@@ -372,16 +372,16 @@ impl Gpu {
         self.member.as_ref().map_or(Ok(()), |member| member.device().health())
     }
 
-    /// Keeps a submission for [`Gpu::wait`].
+    /// Stores a submission for [`Gpu::wait`].
     pub(super) fn submitted(&self, index: wgpu::SubmissionIndex) {
         lock(&self.submissions).push(index);
     }
 
-    /// Waits until all that was submitted is done, for one submission after the other: a device that gets on does not
-    /// hang, however much there is to do.
+    /// Waits until all submitted work is done, one submission at a time: a device that makes progress does not count as
+    /// hanging, however much work there is.
     ///
     /// # Errors
-    /// [`GpuError::Hang`] where a submission takes two minutes, or the fault that the device reported.
+    /// [`GpuError::Hang`] if a submission takes two minutes, or the fault that the device reported.
     pub fn wait(&self) -> Result<(), GpuError> {
         if let Some(member) = &self.member {
             return member.ask(Vec::new()).map(|_| ());
@@ -390,7 +390,7 @@ impl Gpu {
         self.wait_for_submissions()
     }
 
-    /// Waits for what the device has.
+    /// Waits for all submissions of the device.
     pub(super) fn wait_for_submissions(&self) -> Result<(), GpuError> {
         let submissions = std::mem::take(&mut *lock(&self.submissions));
         for index in submissions.into_iter().map(Some).chain([None]) {
@@ -407,7 +407,7 @@ impl Gpu {
         match polled {
             Ok(_) => Ok(()),
             Err(_) => {
-                // Dropping a device that hangs would wait for it: leave it be.
+                // Dropping a device that hangs would wait for it, so it is leaked.
                 std::mem::forget((self.device.clone(), self.queue.clone()));
                 let fault = GpuError::Hang { seconds: begun.elapsed().as_secs() };
                 self.shared.fail(fault.clone());
@@ -416,7 +416,7 @@ impl Gpu {
         }
     }
 
-    /// Runs `make` and returns what it made, or what the device has against it.
+    /// Runs `make` and returns its result, or the error that the device reported.
     pub(super) fn scoped<T>(&self, what: &str, make: impl FnOnce() -> T) -> Result<T, GpuError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -434,7 +434,7 @@ impl Gpu {
 }
 
 impl Shared {
-    /// Keeps the first fault.
+    /// Stores the first fault.
     pub(super) fn fail(&self, fault: GpuError) {
         lock(&self.fault).get_or_insert(fault);
     }

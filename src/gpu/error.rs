@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// The program was built without devices.
+    /// The program was built without the feature `gpu`.
     #[error("built without the feature gpu; compute on the CPU")]
     NotBuilt,
     /// No adapter fits.
@@ -12,9 +12,9 @@ pub enum GpuError {
         "no usable adapter{wanted}; found: {found}. Install a Vulkan driver (a software one will do: Debian's mesa-vulkan-drivers), or compute on the CPU"
     )]
     NoAdapter {
-        /// What was asked for, as ` named X`, or empty.
+        /// The request, as ` named X`, or empty.
         wanted: String,
-        /// What is there.
+        /// The existing adapters.
         found: String,
     },
     /// The adapter has no 64-bit floats.
@@ -28,7 +28,7 @@ pub enum GpuError {
         "{what} needs {needs} bytes and {adapter} allows {has} in one buffer; use a smaller scene, another adapter or the CPU"
     )]
     Limit {
-        /// What does not fit.
+        /// The object that does not fit.
         what: String,
         /// Bytes needed.
         needs: u64,
@@ -54,44 +54,44 @@ pub enum GpuError {
     /// The device is out of memory.
     #[error("the device is out of memory ({what}); use a smaller scene, another adapter or the CPU")]
     OutOfMemory {
-        /// What was being allocated.
+        /// The object that was being allocated.
         what: String,
     },
-    /// The device is gone.
+    /// The device was lost.
     #[error("the device was lost: {reason}. A run can be resumed from its last checkpoint")]
     Lost {
-        /// What the driver says.
+        /// The reason given by the driver.
         reason: String,
     },
     /// The device did not answer.
     #[error("the device did not answer within {seconds} s; it may hang. A run can be resumed from its last checkpoint")]
     Hang {
-        /// How long it was waited for.
+        /// The length of the wait in seconds.
         seconds: u64,
     },
-    /// A kernel was refused.
+    /// A kernel was rejected.
     #[error("the kernel {kernel} was refused: {message}")]
     Kernel {
         /// Label of the kernel, as in a profile.
         kernel: String,
-        /// Why.
+        /// The reason.
         message: String,
     },
-    /// The device computes wrongly.
+    /// The device computes incorrectly.
     #[error("{adapter} failed the self-test {test}; update its driver, or compute on the CPU")]
     SelfTest {
         /// The adapter.
         adapter: String,
-        /// Which test.
+        /// The test that failed.
         test: &'static str,
     },
-    /// Something that the GPU backend does not do.
+    /// A feature that the GPU backend does not support.
     #[error("the GPU backend has no {what}; compute on the CPU")]
     Unsupported {
-        /// What is missing.
+        /// The missing feature.
         what: String,
     },
-    /// The driver or wgpu refused something else.
+    /// The driver or wgpu reported another error.
     #[error("the device refused: {message}")]
     Refused {
         /// The whole message.

@@ -1,9 +1,9 @@
 //! Kernels that are called like functions, with a struct of their arguments (`functions!`).
 //!
-//! A kernel's WGSL declares its arrays, and reads members of `parameters`, which are declared from the arguments alone
-//! ([`declared`]). Each is an argument of that name, or a part of one, such as the cells of poses: of an argument that
-//! has parts, a kernel takes those that it names. Names are looked up once, when the kernel is made. A call copies
-//! values to their places and binds arrays in theirs.
+//! A kernel's WGSL declares its arrays and reads members of `parameters`; the declaration of `parameters` follows from
+//! the arguments ([`declared`]). Each array or member is an argument of that name, or a part of one, such as the cells
+//! of poses; a kernel takes only the parts that it names. Names are resolved once, when the kernel is created. A call
+//! copies values to their offsets and binds arrays to their bindings.
 
 use super::kernel::bindings;
 use super::recorder::Size;
@@ -11,37 +11,37 @@ use super::{Buffer, Gpu, GpuError, Kernel, Recorder, Source};
 use naga::{Module, TypeInner};
 use std::ops::Range;
 
-/// What a kernel can be called with.
+/// An argument of a kernel.
 pub trait Argument {
-    /// The arrays and values in it.
+    /// The arrays and values in the argument.
     fn parts() -> Vec<Part>
     where
         Self: Sized;
 
-    /// An array in it.
+    /// The nth part, if it is an array.
     fn array(&self, _nth: usize) -> Option<&Buffer> {
         None
     }
 
-    /// Writes a value in it.
+    /// Writes the nth part, if it is a value.
     fn write(&self, _nth: usize, _to: Member<'_>) {}
 }
 
-/// An array in an argument, or a value.
+/// An array or a value in an argument.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// Its name, empty for that of the argument.
+    /// The name of the part; empty if the part is the whole argument.
     name: &'static str,
-    /// The same behind the argument's name: several arguments may have cells.
+    /// The name of the argument followed by that of the part, since several arguments may have cells.
     full: String,
     /// The WGSL type of a value; empty for an array.
     value: &'static str,
     nth: usize,
-    /// Whether the kernel has to take it: it is all of an argument.
+    /// Whether it is a whole argument, which the kernel must take.
     whole: bool,
 }
 
-/// Parts of these names, which are values of WGSL types, or arrays where the type is empty.
+/// Parts with these names: values of WGSL types, or arrays if the type is empty.
 pub fn parts(of: &[(&'static str, &'static str)]) -> Vec<Part> {
     let part = |(nth, (name, value)): (usize, &(&'static str, &'static str))| Part {
         name,
@@ -53,7 +53,7 @@ pub fn parts(of: &[(&'static str, &'static str)]) -> Vec<Part> {
     of.iter().enumerate().map(part).collect()
 }
 
-/// Fields of a struct of arguments at most.
+/// The largest number of fields of a struct of arguments.
 pub const MOST_FIELDS: usize = 32;
 
 /// The parts of a struct of arguments.
@@ -72,14 +72,14 @@ pub fn joined(fields: Vec<(&'static str, Vec<Part>)>) -> Vec<Part> {
     all
 }
 
-/// The part that kernels know by a name.
+/// The part with this name in a kernel.
 fn find<'p>(parts: &'p [Part], name: &str, is_value: bool) -> Result<&'p Part, String> {
     let of_kind = || parts.iter().filter(|part| part.value.is_empty() != is_value);
     let found = of_kind().find(|part| part.full == name).or_else(|| of_kind().find(|part| part.name == name));
     found.ok_or(format!("{name} is no argument"))
 }
 
-/// The declaration of the `parameters` that a kernel's text reads; empty where it reads none or declares them.
+/// The declaration of the `parameters` that a kernel's text reads; empty if it reads none, or declares them itself.
 pub(super) fn declared(text: &str, parts: &[Part]) -> String {
     let mut members: Vec<String> = Vec::new();
     for read in text.split("parameters.").skip(1).filter(|_| !text.contains("var<uniform>")) {
@@ -96,19 +96,19 @@ pub(super) fn declared(text: &str, parts: &[Part]) -> String {
     }
 }
 
-/// The place of a value among the parameters: its bytes, and those of each of its numbers.
+/// A value among the parameters: its bytes, and the size of each of its numbers.
 pub struct Member<'p> {
     bytes: &'p mut [u8],
     width: usize,
 }
 
 impl Member<'_> {
-    /// Writes integers, as many as there is room for.
+    /// Writes integers, as many as fit.
     pub fn words(self, words: &[u32]) {
         self.bytes.copy_from_slice(&bytemuck::cast_slice(words)[..self.bytes.len()]);
     }
 
-    /// Writes numbers, rounded to what they are in the kernel.
+    /// Writes numbers, rounded to the kernel's type.
     pub fn reals(self, numbers: &[f64]) {
         for (place, number) in self.bytes.chunks_exact_mut(self.width).zip(numbers) {
             match self.width {
@@ -168,18 +168,18 @@ value! {
     [u32; 16]: "array<vec4<u32>, 4>" = words(|words| *words);
 }
 
-/// Where arguments belong.
+/// The bindings and offsets of the arguments.
 #[derive(Default)]
 pub(super) struct Plan {
-    /// Bytes of the parameters.
+    /// The size of the parameters in bytes.
     bytes: usize,
-    /// Of each member of the parameters its part, its bytes and those of each number in it.
+    /// For each member of the parameters: its part, its bytes, and the size of each number in it.
     members: Vec<(usize, Range<usize>, usize)>,
-    /// Of each array, in the order of bindings.
+    /// The part of each array, in the order of bindings.
     arrays: Vec<usize>,
 }
 
-/// The bytes of each number that a type is made of.
+/// The size in bytes of each number in a type.
 fn width(module: &Module, inner: &TypeInner) -> usize {
     match inner {
         TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } => scalar.width.into(),
@@ -189,10 +189,10 @@ fn width(module: &Module, inner: &TypeInner) -> usize {
 }
 
 impl Plan {
-    /// Of a validated kernel.
+    /// The plan of a validated kernel.
     ///
     /// # Errors
-    /// The name of what is in the kernel or among the arguments alone.
+    /// The name that occurs only in the kernel or only among the arguments.
     pub fn of(module: &Module, parts: &[Part]) -> Result<Plan, String> {
         let mut plan = Plan::default();
         for binding in bindings(module)? {
@@ -230,17 +230,17 @@ impl Plan {
     }
 }
 
-/// A kernel, and where its arguments belong.
+/// A kernel with the plan of its arguments.
 pub struct Function {
     kernel: Kernel,
     plan: Plan,
 }
 
 impl Function {
-    /// Compiles a source that says what it is called with.
+    /// Compiles a source with declared arguments.
     ///
     /// # Errors
-    /// [`GpuError::Kernel`] with the place in the source, or with the name of what is no argument.
+    /// [`GpuError::Kernel`] with the position in the source, or with a name that is not an argument.
     pub fn new(gpu: &Gpu, source: &Source) -> Result<Self, GpuError> {
         let kernel = Kernel::new(gpu, source)?;
         let refused = |message| GpuError::Kernel { kernel: source.name().to_owned(), message };
@@ -255,7 +255,7 @@ impl Function {
     }
 }
 
-/// Declares kernels with what they are called with:
+/// Declares kernels with the structs of their arguments:
 ///
 /// ```ignore
 /// functions! {
@@ -278,7 +278,7 @@ macro_rules! functions {
         }
 
         impl $Kernel {
-            /// Records a call of so many invocations.
+            /// Records a call with this many invocations.
             $visible fn call<'s>(
                 &self,
                 record: &mut $crate::gpu::Recorder<'_>,
@@ -342,8 +342,9 @@ macro_rules! arguments {
 }
 pub(crate) use arguments;
 
-/// Says which fields of a struct are arrays that kernels know, by these names or by others, and behind them which are
-/// counts: `arrays!(Lists { pairs, start: adjacency_start; pairs: pairs_count })`.
+/// Declares which fields of a struct are arrays of kernels, as `name: field` if the kernels use another name, and after
+/// the semicolon which are counts, in the same form: `arrays!(Lists { pairs, start: adjacency_start; pairs: pairs_count
+/// })`.
 macro_rules! arrays {
     ($Of:ty { $($name:ident $(: $field:ident)?),* $(,)? $(; $($value:ident: $of:ident),*)? }) => {
         impl $crate::gpu::Argument for $Of {
@@ -402,7 +403,7 @@ mod tests {
 
     #[test]
     fn a_kernel_takes_what_it_names() {
-        // The second argument's first array, and the first argument's second one.
+        // The second argument's first array, then the first argument's second array.
         let places = |argument: usize, part: usize| argument + MOST_FIELDS * part;
         for (precision, offset) in [(Precision::F32, 4), (Precision::F64, 8)] {
             let plan = plan(precision, TEXT, Scale::parts()).unwrap();

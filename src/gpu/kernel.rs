@@ -26,10 +26,10 @@ pub struct Kernel {
     pub(super) workgroup: u32,
 }
 
-/// What a kernel was compiled to.
+/// The compiled forms of a kernel.
 #[derive(Clone)]
 pub(super) enum Runs {
-    /// For a device that computes for itself.
+    /// For a device that is not a member of an ensemble.
     Alone(Arc<Compiled>),
     /// For the members of an ensemble.
     Together(Arc<Pipeline>),
@@ -42,7 +42,7 @@ pub(super) struct Compiled {
     pub layout: wgpu::BindGroupLayout,
 }
 
-/// A variable that is bound.
+/// A bound variable.
 pub(super) struct Binding {
     pub name: String,
     number: u32,
@@ -54,7 +54,8 @@ pub(super) struct Binding {
     stride: u64,
 }
 
-/// Parses a source, and validates it with the capabilities of every adapter, and 64-bit floats where it has them.
+/// Parses a source, and validates it with the capabilities that every adapter has, plus 64-bit floats if the source
+/// uses them.
 ///
 /// # Errors
 /// naga's message with the line.
@@ -66,7 +67,7 @@ pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
     Ok(module)
 }
 
-/// Numbers the variables of a source that numbers none, in their order, the parameters first.
+/// Numbers the variables of a source without binding numbers in order, the parameters first.
 fn number(module: &mut naga::Module) {
     if module.global_variables.iter().any(|(_, variable)| variable.binding.is_some()) {
         return;
@@ -82,7 +83,7 @@ fn number(module: &mut naga::Module) {
     }
 }
 
-/// Validates a module; `code` is the text of its source, for messages.
+/// Validates a module; `code` is its source text, for messages.
 pub(super) fn check(
     module: &naga::Module,
     precision: Precision,
@@ -121,10 +122,10 @@ pub(super) fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
 }
 
 impl Kernel {
-    /// Validates and compiles a source, unless the device has its kernel already.
+    /// Validates and compiles a source, unless the device already has its kernel.
     ///
     /// # Errors
-    /// [`GpuError::Kernel`] with the place in the source.
+    /// [`GpuError::Kernel`] with the position in the source.
     pub fn new(gpu: &Gpu, source: &Source) -> Result<Self, GpuError> {
         let refused = |message: String| GpuError::Kernel { kernel: source.name().to_owned(), message };
         gpu.check(source.precision())?;
@@ -164,7 +165,7 @@ impl Kernel {
         &self.module
     }
 
-    /// Whether nobody else has this kernel.
+    /// Whether no other owner has this kernel.
     pub(super) fn is_idle(&self) -> bool {
         Arc::strong_count(&self.banked) == 1
     }
@@ -174,10 +175,10 @@ impl Kernel {
         self.bindings[usize::from(self.parameters > 0)..].iter()
     }
 
-    /// Checks that there are as many bytes of parameters and as many buffers as a kernel takes.
+    /// Checks the number of bytes of parameters and the number of buffers.
     ///
     /// # Errors
-    /// [`GpuError::Kernel`] with what it takes.
+    /// [`GpuError::Kernel`] with the expected numbers.
     pub(super) fn check_counts(&self, parameters: &[u8], buffers: &[&Buffer]) -> Result<(), GpuError> {
         let (got, needed) = (parameters.len() as u64, self.parameters);
         if got != needed {
@@ -190,10 +191,10 @@ impl Kernel {
         }
     }
 
-    /// Checks that buffers, in the order of their bindings, hold what their variables are.
+    /// Checks that buffers, in the order of their bindings, match their variables.
     ///
     /// # Errors
-    /// [`GpuError::Kernel`] for a buffer that is too small, or whose elements are not whole ones of the array.
+    /// [`GpuError::Kernel`] for a buffer that is too small, or whose element size does not match the array.
     pub(super) fn check_sizes(&self, buffers: &[&Buffer]) -> Result<(), GpuError> {
         for (binding, buffer) in self.storages().zip(buffers) {
             let (name, label, element) = (&binding.name, buffer.label(), buffer.element() as u64);
@@ -318,7 +319,7 @@ fn compile(gpu: &Gpu, name: &str, module: naga::Module, bindings: &[Binding]) ->
     Ok(Compiled { id: gpu.new_id(), pipeline, layout })
 }
 
-/// Dispatches one workgroup with parameters and buffers of zeros, and waits, so that the driver compiles the kernel.
+/// Dispatches one workgroup with zeros as parameters and buffers, and waits, so that the driver compiles the kernel.
 fn use_once(
     gpu: &Gpu,
     name: &str,
@@ -326,7 +327,7 @@ fn use_once(
     pipeline: &wgpu::ComputePipeline,
     bindings: &[Binding],
 ) -> Result<(), GpuError> {
-    /// Enough for every variable but arrays whose length is a parameter.
+    /// Large enough for every variable except arrays whose length is a parameter.
     const BYTES: u64 = 4096;
     gpu.scoped(name, || {
         let buffer = |b: &Binding| {

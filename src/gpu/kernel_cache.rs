@@ -1,4 +1,4 @@
-//! The kernels of a device, or of an ensemble, by their sources: a source is compiled once.
+//! The kernels of a device, or of an ensemble, by their sources: each source is compiled once.
 
 use super::device::lock;
 use super::kernel::Kernel;
@@ -6,7 +6,8 @@ use super::{GpuError, Source};
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-/// Unused kernels that are kept: those of four scenes (a colony has 54). The next scene often uses most of them.
+/// The largest number of unused kernels that are kept: those of four scenes (a colony has 54). The next scene often
+/// uses most of them.
 const MOST_IDLE: usize = 256;
 
 /// Compiled kernels by the text of their sources.
@@ -14,7 +15,7 @@ const MOST_IDLE: usize = 256;
 pub(super) struct KernelCache(Mutex<HashMap<String, Kernel>>);
 
 impl KernelCache {
-    /// The kernel of a source, made if there is none yet.
+    /// The kernel of a source; `make` compiles it if there is none yet.
     pub fn kernel(&self, source: &Source, make: impl FnOnce() -> Result<Kernel, GpuError>) -> Result<Kernel, GpuError> {
         let mut kernels = lock(&self.0);
         if let Some(kernel) = kernels.get(source.code()) {

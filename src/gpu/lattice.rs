@@ -6,14 +6,14 @@
 
 use super::{GpuError, Source, fragment};
 
-/// Pitches in a scene's smallest thickness: the remainder's rounding is then 2^-34 of the thickness, and coordinates
-/// reach 10^6 thicknesses.
+/// Pitches per smallest thickness of a scene: the rounding of the remainder is then 2^-34 of the thickness, and
+/// coordinates reach 10^6 thicknesses.
 const PITCHES: f64 = 1024.0;
 
-/// Cells are smaller than this, so that a difference of two is an `i32`.
+/// Cells are smaller than this, so that the difference of two fits an `i32`.
 pub(crate) const MOST_CELL: i32 = 1 << 30;
 
-/// Powers of two that a pitch may be: it and its inverse are then far from the ends of 32-bit floats.
+/// The allowed exponents of a pitch: then the pitch and its inverse are far from the limits of 32-bit floats.
 const EXPONENTS: std::ops::RangeInclusive<i32> = -80..=80;
 
 /// A lattice of coordinates.
@@ -34,10 +34,10 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice for bodies that are nowhere thinner than about `thickness`.
+    /// The lattice for bodies with a smallest thickness of about `thickness`.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] where that is not a positive number that 32-bit floats hold well.
+    /// [`GpuError::Unsupported`] if `thickness` is not a positive number that 32-bit floats represent well.
     pub fn for_thickness(thickness: f64) -> Result<Self, GpuError> {
         let exponent = (thickness / PITCHES).log2().floor();
         let good = f64::from(*EXPONENTS.start())..=f64::from(*EXPONENTS.end());
@@ -55,7 +55,7 @@ impl Lattice {
     /// The cell and the remainder of a coordinate, without rounding.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] where the coordinate lies further out than 2^30 pitches or is not finite.
+    /// [`GpuError::Unsupported`] if the coordinate is beyond 2^30 pitches or not finite.
     pub fn split(&self, x: f64) -> Result<(i32, f64), GpuError> {
         let cell = (x / self.pitch).round_ties_even();
         if cell.abs() < f64::from(MOST_CELL) {

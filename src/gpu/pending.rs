@@ -6,43 +6,43 @@ use super::device::lock;
 use super::timing::Set;
 use super::{Gpu, GpuError};
 
-/// Alignment of the parameters of a dispatch: what every adapter allows.
+/// The alignment of the parameters of a dispatch that every adapter allows.
 pub(super) const ALIGNMENT: usize = 256;
 
-/// Parameters of this many dispatches fit one region.
+/// The number of dispatches whose parameters fit in one region.
 pub(super) const SLOTS: usize = 1024;
 
-/// Bytes of a region, which is what one recorder writes parameters to.
+/// The size of a region in bytes. One recorder writes its parameters to a region.
 const REGION: usize = SLOTS * ALIGNMENT;
 
-/// Regions of one buffer of parameters. Steps of every built-in scene wait before they need five.
+/// Regions per buffer of parameters. Steps of every built-in scene submit their work before they need five.
 const REGIONS: u32 = 8;
 
-/// Command buffers that wait at most.
+/// The largest number of pending command buffers.
 const MOST_COMMANDS: usize = 32;
 
-/// Invocations of one submission, about, each with one row or body. Systems take a device away from a program whose
-/// submission lasts seconds, and waiting tells a hang from much work only between submissions. With 5.2 million rows a
-/// software adapter whose two cores were shared by six other programs took 18 s for an iteration of 16 dispatches: some
-/// 4 s for so many.
+/// The approximate number of invocations of one submission, each with one row or body. Operating systems reset a device
+/// if a submission lasts seconds, and only between submissions can a wait distinguish a hang from much work. With 5.2
+/// million rows, a software adapter whose two cores were shared with six other programs took 18 s for an iteration of
+/// 16 dispatches: some 4 s for this many invocations.
 pub(super) const INVOCATIONS: u64 = 1 << 24;
 
 /// A part of a buffer of parameters.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Region {
-    /// Which buffer.
+    /// The index of the buffer.
     pub bank: usize,
     nth: u32,
 }
 
 impl Region {
-    /// Where it begins, in bytes.
+    /// Its start in bytes.
     pub fn offset(self) -> u32 {
         self.nth * REGION as u32
     }
 }
 
-/// A buffer of parameters, and which of its regions are taken, as bits.
+/// A buffer of parameters, and its used regions as bits.
 struct Bank {
     buffer: wgpu::Buffer,
     taken: u32,
@@ -52,7 +52,7 @@ impl Bank {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let descriptor = wgpu::BufferDescriptor {
             label: Some("parameters"),
-            // A kernel binds more than one slot from its offset on.
+            // A kernel's binding extends beyond one slot from its offset.
             size: (REGIONS as usize * REGION + ALIGNMENT) as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
@@ -72,18 +72,18 @@ impl Bank {
     }
 }
 
-/// What a recorder made.
+/// The result of a recorder.
 pub(super) struct Recorded {
     pub commands: wgpu::CommandBuffer,
     pub parameters: Option<(Region, Vec<u8>)>,
-    /// Queries of its passes.
+    /// The timestamp queries of its passes.
     pub timed: Vec<Set>,
     pub invocations: u64,
-    /// The stage that it ended in.
+    /// The last stage that it recorded.
     pub stage: &'static str,
 }
 
-/// What waits to be handed over.
+/// Recorded work that was not yet submitted to the device.
 #[derive(Default)]
 pub(super) struct Pending {
     all: Vec<Recorded>,
@@ -104,7 +104,7 @@ impl Pending {
 }
 
 impl Gpu {
-    /// A region that nothing else uses.
+    /// Allocates an unused region.
     ///
     /// # Errors
     /// [`GpuError::OutOfMemory`], or the fault that the device reported.
@@ -113,7 +113,7 @@ impl Gpu {
             return Ok(region);
         }
         self.hand_over();
-        // Recorders of other threads may have all of them.
+        // Recorders of other threads may have taken all regions.
         let mut pending = lock(&self.pending);
         if let Some(region) = pending.take() {
             return Ok(region);
@@ -124,7 +124,7 @@ impl Gpu {
         Ok(Region { bank: pending.banks.len() - 1, nth })
     }
 
-    /// Gives a region back whose parameters nothing needs.
+    /// Frees a region whose parameters are no longer needed.
     pub(super) fn leave_region(&self, region: Region) {
         lock(&self.pending).leave(region);
     }
@@ -134,7 +134,7 @@ impl Gpu {
         lock(&self.pending).banks.get(bank).map(|bank| bank.buffer.clone())
     }
 
-    /// Adds what was recorded to what waits, which is handed over if it is much.
+    /// Adds recorded work to the pending work, which is submitted if it is much.
     pub(super) fn append(&self, recorded: Recorded) {
         let invocations = recorded.invocations;
         if lock(&self.pending).invocations + invocations > INVOCATIONS {
@@ -150,7 +150,7 @@ impl Gpu {
         }
     }
 
-    /// Hands all that waits to the device.
+    /// Submits all pending work to the device.
     pub(super) fn hand_over(&self) {
         let mut timed = Vec::new();
         let mut pending = lock(&self.pending);

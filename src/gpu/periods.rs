@@ -13,14 +13,14 @@
 use super::function::{Argument, Member, Part, parts};
 use super::{GpuError, Lattice, MOST_CELL, Source, fragment};
 
-/// Bits of a part. `n` times a part and what the next finer one carries into it fit 32 bits.
+/// Bits of a part. `n` times a part, plus the carry of the next finer part, fits in 32 bits.
 const PART_BITS: i32 = 11;
 
-/// Pitches that a period has at least: then fewer than 2^31 pitches are at most 2^20 periods, and the parts hold all
-/// digits of a 64-bit float. Bodies are at most half a period long, and no thinner than 1024 pitches.
+/// The smallest number of pitches of a period: then fewer than 2^31 pitches are at most 2^20 periods, and the parts
+/// hold all digits of a 64-bit float. Bodies are at most half a period long, and at least 1024 pitches thick.
 const LEAST_CELLS: f64 = 2048.0;
 
-/// The period along each axis, and the offset along one axis of images across another.
+/// The period along each axis, and the offset along one axis of the images across another.
 pub type AxesAndTilt = ([Option<f64>; 3], Option<([usize; 2], f64)>);
 
 /// The periods of a scene on its lattice.
@@ -37,7 +37,7 @@ pub type AxesAndTilt = ([Option<f64>; 3], Option<([usize; 2], f64)>);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatticePeriods {
     lattice: Lattice,
-    /// Zero where there is no period.
+    /// Zero for an open axis.
     length: [f64; 3],
     cells: [i32; 3],
     parts: [[i32; 3]; 4],
@@ -47,17 +47,17 @@ pub struct LatticePeriods {
 /// The offset of a sheared cell, in whole pitches and parts, and its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Tilted {
-    /// Along which images are displaced, and across which.
+    /// The axis along which images are displaced, and the axis across which they are.
     axes: [usize; 2],
     cells: i32,
     parts: [i32; 4],
 }
 
 impl LatticePeriods {
-    /// The periods along each axis, where there is one.
+    /// The periods along the periodic axes.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] where one is under 2^11 pitches of the lattice, or 2^30 or more.
+    /// [`GpuError::Unsupported`] if one is less than 2^11 pitches of the lattice, or 2^30 or more.
     pub fn new(lattice: Lattice, lengths: [Option<f64>; 3]) -> Result<Self, GpuError> {
         let mut periods = LatticePeriods { lattice, length: [0.0; 3], cells: [0; 3], parts: [[0; 3]; 4], tilt: None };
         for (axis, length) in lengths.into_iter().enumerate() {
@@ -77,10 +77,10 @@ impl LatticePeriods {
         Ok(periods)
     }
 
-    /// The same with the offset of a sheared cell, along the first of two axes across the other.
+    /// The same with the offset of a sheared cell: along the first of two axes, for images across the second.
     ///
     /// # Errors
-    /// Those of [`LatticePeriods::new`]; in a sheared cell a period is at least 2^12 pitches.
+    /// As [`LatticePeriods::new`]; in a sheared cell a period is at least 2^12 pitches.
     pub fn of(lattice: Lattice, (lengths, tilt): AxesAndTilt) -> Result<Self, GpuError> {
         let periods = LatticePeriods::new(lattice, lengths)?;
         let Some((axes, offset)) = tilt else { return Ok(periods) };
@@ -103,8 +103,8 @@ impl LatticePeriods {
         self.tilt.is_some()
     }
 
-    /// Adds, in the place of what [`Lattice::define`] adds, `lattice_difference` to the nearest image, for kernels that
-    /// compare two bodies, and `without_periods`. Without periods it adds the lattice.
+    /// Adds `lattice_difference` to the nearest image and `without_periods`, for kernels that compare two bodies. This
+    /// replaces the definitions of [`Lattice::define`]. Without periods it adds those of the lattice.
     #[must_use]
     pub fn define(&self, source: Source) -> Source {
         if self.is_none() {
@@ -139,9 +139,9 @@ impl LatticePeriods {
     }
 }
 
-/// A number of pitches as the whole ones below it and four parts.
+/// A number of pitches as a whole number, rounded down, and four parts.
 fn divided(pitches: f64) -> (i32, [i32; 4]) {
-    // Powers of two and differences of neighbours: nothing of this is rounded but a digit below the last part.
+    // The operations are on powers of two and differences of neighbours: only digits below the last part are rounded.
     let mut rest = pitches - pitches.floor();
     let parts = std::array::from_fn(|_| {
         rest *= f64::from(1 << PART_BITS);
@@ -163,7 +163,7 @@ const CHANGING: [(&str, &str); 7] = [
     ("PERIODS_A_CELL", "(PITCH * inverse_period())"),
 ];
 
-/// One over the period along each axis, near enough to count periods by: the second count mends the first.
+/// One over the period along each axis, accurate enough to count periods: the second count corrects the first.
 const INVERSE_PERIOD: &str = "
 fn inverse_period() -> vec3r {
     let period = PITCH * (vec3r(parameters.periods[0].xyz) + vec3r(parameters.periods[1].xyz) / 2048.0);
@@ -171,7 +171,7 @@ fn inverse_period() -> vec3r {
 }
 ";
 
-/// The offset of a sheared cell over the period along its direction.
+/// The offset of a sheared cell divided by the period along its direction.
 const TILT_PERIODS: &str = "
 fn tilt_periods() -> real {
     let offset = PITCH * (real(parameters.periods[0].w) + real(parameters.periods[1].w) / 2048.0);
@@ -180,9 +180,9 @@ fn tilt_periods() -> real {
 ";
 
 impl LatticePeriods {
-    /// A kernel's source where the periods change from step to step: they are no constants but at the end of its
-    /// parameters, `periods: array<vec4<i32>, 5>`, as [`LatticePeriods::words`] has them. Kernels of a sheared cell
-    /// read its offset there too.
+    /// A kernel's source for periods that change between steps: they are not constants but the last member of its
+    /// parameters, `periods: array<vec4<i32>, 5>`, with the contents of [`LatticePeriods::words`]. Kernels of a sheared
+    /// cell also read its offset there.
     #[must_use]
     pub fn changing(source: Source) -> Source {
         source.mapped(|text| {
@@ -201,7 +201,7 @@ impl LatticePeriods {
     /// The WGSL type of `periods`.
     pub(crate) const TYPE: &str = "array<vec4<i32>, 5>";
 
-    /// The periods as such a kernel reads them.
+    /// The periods in the format of such a kernel.
     pub fn words(&self) -> [[i32; 4]; 5] {
         let (cells, parts) = self.tilt.map_or((0, [0; 4]), |tilted| (tilted.cells, tilted.parts));
         let four = |[x, y, z]: [i32; 3], w: i32| [x, y, z, w];
@@ -210,7 +210,7 @@ impl LatticePeriods {
     }
 }
 
-/// Kernels of constant periods do without.
+/// Kernels with constant periods do not use this argument.
 impl Argument for LatticePeriods {
     fn parts() -> Vec<Part> {
         parts(&[("periods", LatticePeriods::TYPE)])
@@ -253,7 +253,7 @@ mod tests {
     #[test]
     fn its_source_is_valid_and_without_periods_that_of_the_lattice() {
         for precision in [Precision::F32, Precision::F64] {
-            // The finest lattice there is has parts near the smallest floats.
+            // The finest lattice has parts near the smallest floats.
             for thickness in [1.0, 1e-21] {
                 let lattice = Lattice::for_thickness(thickness).unwrap();
                 let periods = LatticePeriods::new(lattice, [Some(7.3 * thickness), None, None]).unwrap();

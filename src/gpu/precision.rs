@@ -1,12 +1,12 @@
 //! The number type of the kernels.
 
-/// What `real` is in the kernels.
+/// The type of `real` in the kernels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
-    /// 32 bits: every adapter has them.
+    /// 32 bits, on every adapter.
     #[default]
     F32,
-    /// 64 bits: some adapters have them (see [`super::Gpu::has_f64`]).
+    /// 64 bits, on some adapters (see [`super::Gpu::has_f64`]).
     F64,
 }
 

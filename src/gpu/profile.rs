@@ -6,26 +6,26 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops;
 
-/// What a device did, and how long the host waited for it.
+/// The counters of a device, and the time that the host waited for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct Counters {
-    /// Dispatches recorded, indirect ones too.
+    /// Dispatches recorded, including indirect ones.
     pub dispatches: u64,
     /// Submissions.
     pub submissions: u64,
-    /// Times that the host waited for data.
+    /// The number of waits of the host for data.
     pub reads: u64,
-    /// Seconds that it waited for data.
+    /// Seconds of these waits.
     pub wait_seconds: f64,
     /// Bytes read back.
     pub bytes_read: u64,
-    /// Bytes written to the device, with the parameters of dispatches.
+    /// Bytes written to the device, including the parameters of dispatches.
     pub bytes_written: u64,
 }
 
 impl Counters {
-    /// Counts a read-back of so many bytes.
+    /// Counts a read-back of this many bytes.
     #[cfg(feature = "gpu")]
     pub(super) fn read(&mut self, bytes: u64, waited: std::time::Duration) {
         self.reads += 1;
@@ -54,43 +54,44 @@ impl ops::AddAssign for Counters {
 impl ops::Sub for Counters {
     type Output = Counters;
 
-    /// What was counted since `before`.
+    /// The counts since `before`.
     fn sub(self, before: Counters) -> Counters {
         self.with(before, u64::saturating_sub, |a, b| (a - b).max(0.0))
     }
 }
 
-/// A pipeline that was made.
+/// A pipeline that was created.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct PipelineReport {
     /// The kernel's name.
     pub name: String,
-    /// Seconds to validate and translate it; drivers may compile later, at first use, unless told to at once.
+    /// Seconds for validation and translation. Drivers may compile later, at first use, unless compilation at creation
+    /// was requested.
     pub seconds: f64,
 }
 
-/// What a stage did.
+/// The work of a stage.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct StageUse {
-    /// The stage.
+    /// The name of the stage.
     pub stage: &'static str,
-    /// Seconds of its kernels on the device, in the passes that were timed; none where the adapter has no timestamps.
-    /// Copies between passes are not in it.
+    /// Seconds of its kernels on the device, in the timed passes; `None` without timestamps. Copies between passes are
+    /// not included.
     pub seconds: Option<f64>,
-    /// Passes timed: dispatches of a stage that follow each other without a copy between them.
+    /// Timed passes: dispatches of a stage that follow each other without a copy between them.
     pub passes: u64,
-    /// Passes that could not be timed: the adapter wrote no time, or was lost.
+    /// Passes without a time: the adapter wrote no timestamp, or was lost.
     pub untimed_passes: u64,
-    /// Its dispatches, read-backs and bytes. A submission or a read-back is that of the stage recorded last, bytes that
-    /// the host wrote are those of the first stage of the submission that followed.
+    /// Its dispatches, read-backs and bytes. A submission or a read-back belongs to the stage recorded last. Bytes that
+    /// the host wrote belong to the first stage of the next submission.
     #[cfg_attr(feature = "files", serde(flatten))]
     pub counters: Counters,
 }
 
 impl StageUse {
-    /// Whether it did nothing.
+    /// Whether it did no work.
     #[cfg(feature = "gpu")]
     pub(super) fn is_empty(&self) -> bool {
         self.counters == Counters::default() && self.passes + self.untimed_passes == 0
@@ -101,42 +102,42 @@ impl StageUse {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct BufferUse {
-    /// What they hold.
+    /// The label.
     pub label: String,
-    /// How many there are.
+    /// The number of buffers.
     pub count: usize,
-    /// Bytes of all of them.
+    /// The bytes of all of them.
     pub bytes: u64,
 }
 
-/// What a device was made to do.
+/// The profile of a device.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct Profile {
     /// The adapter and its driver.
     pub adapter: String,
-    /// The pipelines made, in order.
+    /// The pipelines created, in order.
     pub pipelines: Vec<PipelineReport>,
-    /// The buffers there are, the largest first.
+    /// The existing buffers, the largest first.
     pub buffers: Vec<BufferUse>,
-    /// Bytes of all buffers at once, at most.
+    /// The largest number of bytes of all buffers at once.
     pub peak_bytes: u64,
     /// Steps profiled.
     pub steps: u64,
-    /// Seconds of the clock since the profile was begun.
+    /// Wall-clock seconds since the start of the profile.
     pub wall_seconds: f64,
-    /// Seconds of kernels on the device, of all stages; none where the adapter has no timestamps.
+    /// Seconds of kernels on the device in all stages; `None` without timestamps.
     pub device_seconds: Option<f64>,
-    /// Passes that could not be timed.
+    /// Passes without a time.
     pub untimed_passes: u64,
-    /// Dispatches, submissions, read-backs of all stages.
+    /// Dispatches, submissions and read-backs of all stages.
     pub counters: Counters,
-    /// What each stage did, in the order in which stages were first met.
+    /// The work of each stage, in the order of their first use.
     pub stages: Vec<StageUse>,
 }
 
 impl Profile {
-    /// The profile of a device that took `steps` steps since the profile was begun.
+    /// The profile of a device that took `steps` steps since the start of the profile.
     pub fn of(gpu: &Gpu, steps: u64) -> Profile {
         let mut by_label: BTreeMap<String, (usize, u64)> = BTreeMap::new();
         for (label, bytes) in gpu.buffers() {
@@ -165,7 +166,7 @@ impl Profile {
 }
 
 impl Profile {
-    /// A line a stage, one for all of them, and what of the clock they are.
+    /// One line per stage, one for all of them, and their share of the wall-clock time.
     fn table(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             out,

@@ -11,35 +11,35 @@ use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Workgroups that one dimension of a dispatch may have.
+/// The largest number of workgroups along one dimension of a dispatch.
 const MOST_GROUPS: u64 = 65_535;
 
-/// The stage of work that names none.
+/// The name of the stage for work before the first named stage.
 pub(super) const UNNAMED: &str = "other";
 
-/// Bind groups kept at most.
+/// The largest number of bind groups that are kept.
 const MOST_BIND_GROUPS: usize = 4096;
 
-/// The buffer that read-backs go through.
+/// The buffer for read-backs.
 #[derive(Default)]
 pub(super) struct Staging {
     read: Option<wgpu::Buffer>,
 }
 
-/// How many invocations a dispatch has.
+/// The size of a dispatch.
 #[derive(Clone, Copy)]
 pub enum Size<'a> {
-    /// At least so many; none where it is zero.
+    /// At least this many invocations; no dispatch for zero.
     Invocations(u64),
-    /// So many workgroups, folded into two dimensions where they are many.
+    /// This many workgroups, folded into two dimensions if they are many.
     Groups(u64),
-    /// As many workgroups as three words say when it comes to it.
+    /// The number of workgroups in three words, read when the dispatch is executed.
     Indirect {
-        /// The buffer that has them.
+        /// The buffer that contains them.
         said: &'a Buffer,
-        /// Where in it, in bytes.
+        /// Their offset in bytes.
         offset: u64,
-        /// How many it will be, unless none.
+        /// The expected number of workgroups; it may also turn out to be zero.
         expected: u64,
     },
 }
@@ -50,22 +50,22 @@ impl From<u64> for Size<'_> {
     }
 }
 
-/// Work being recorded. What is recorded is done in order, and nothing is done before [`Recorder::submit`]. Work that
-/// was submitted may wait to be handed to the device with other work.
+/// Work being recorded. Operations are executed in order, and none before [`Recorder::submit`]. Submitted work may be
+/// held back to be handed to the device together with other work.
 pub struct Recorder<'g> {
     gpu: &'g Gpu,
     encoder: Option<wgpu::CommandEncoder>,
     pass: Option<wgpu::ComputePass<'static>>,
     parameters: Vec<u8>,
-    /// Where they will be, once there are any.
+    /// The memory for the parameters, allocated with the first one.
     region: Option<Region>,
-    /// What the submission is made of so far.
+    /// The counters of the recorded work.
     tally: Tally,
-    /// Queries of its passes.
+    /// The timestamp queries of its passes.
     timed: Vec<Set>,
     invocations: u64,
     stage: &'static str,
-    /// What was recorded for a member of an ensemble.
+    /// The work recorded for a member of an ensemble.
     work: Vec<Work>,
 }
 
@@ -90,7 +90,7 @@ impl<'g> Recorder<'g> {
         self.gpu
     }
 
-    /// Names what follows, for a profile.
+    /// Names the stage of the work that follows, for a profile.
     pub fn stage(&mut self, name: &'static str) {
         if self.stage != name {
             self.stage = name;
@@ -100,9 +100,9 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Dispatches a kernel, with buffers in the order of its bindings. Too few of them, elements of another size, a
-    /// buffer that is too small and parameters of another length are faults of the device: the next
-    /// [`Recorder::submit`] returns them.
+    /// Dispatches a kernel, with buffers in the order of its bindings. A missing buffer, elements of another size, a
+    /// buffer that is too small, and parameters of another length are faults of the device, which the next
+    /// [`Recorder::submit`] returns.
     pub fn run<'s>(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], size: impl Into<Size<'s>>) {
         let (groups, said) = match size.into() {
             Size::Invocations(threads) => (threads.div_ceil(u64::from(kernel.workgroup)), None),
@@ -134,16 +134,16 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Counts work of the dispatch recorded next, beyond one row or body an invocation.
+    /// Counts additional work of the dispatch recorded next, beyond one row or body per invocation.
     pub fn weigh(&mut self, invocations: u64) {
         self.invocations += invocations;
     }
 
-    /// Submits what was recorded, where it has become much.
+    /// Submits the recorded work if it is much.
     fn divide(&mut self, kernel: &Kernel, groups: u64) {
         self.invocations += groups * u64::from(kernel.workgroup);
         if self.invocations > INVOCATIONS {
-            // A fault shows at the next submission or read.
+            // The next submission or read returns the fault.
             let _ = self.submit();
         }
     }
@@ -172,11 +172,10 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Puts all that was recorded where it will be done after all that was submitted before, and before what is written
-    /// from now on.
+    /// Submits the recorded work. It is executed after all work submitted before, and before writes that follow.
     ///
     /// # Errors
-    /// The fault that the device reported, if it did.
+    /// The fault that the device reported, if any.
     pub fn submit(&mut self) -> Result<(), GpuError> {
         self.pass = None;
         if let Some(member) = &self.gpu.member {
@@ -197,12 +196,12 @@ impl<'g> Recorder<'g> {
         self.gpu.health()
     }
 
-    /// Submits, waits, and returns the bytes of these ranges: one wait for all of them.
+    /// Submits, waits once, and returns the bytes of these ranges.
     ///
     /// # Errors
-    /// [`GpuError::Hang`], [`GpuError::Lost`], or what the device refused.
+    /// [`GpuError::Hang`], [`GpuError::Lost`], or another error of the device.
     pub fn read(&mut self, ranges: &[(&Buffer, Range<u64>)]) -> Result<Vec<Vec<u8>>, GpuError> {
-        // Copies go by whole words.
+        // Copies consist of whole words.
         let size = |range: &Range<u64>| (range.end - range.start).next_multiple_of(4);
         let total: u64 = ranges.iter().map(|(_, range)| size(range)).sum();
         if total == 0 {
@@ -212,7 +211,7 @@ impl<'g> Recorder<'g> {
         if let Some(member) = &self.gpu.member {
             return self.read_as_member(member, ranges, total);
         }
-        // One read-back at a time: they share a buffer.
+        // One read-back at a time, because all share a buffer.
         let reading = lock(&self.gpu.reading);
         let staging = self.staging(total)?;
         let mut at = 0;
@@ -247,7 +246,7 @@ impl<'g> Recorder<'g> {
         Ok(out)
     }
 
-    /// Keeps a dispatch of a member, whose numbers of workgroups may be said by words of the arena.
+    /// Stores a dispatch of a member. Words of the arena may contain its numbers of workgroups.
     fn run_as_member(
         &mut self,
         kernel: &Kernel,
@@ -271,7 +270,7 @@ impl<'g> Recorder<'g> {
         Ok(())
     }
 
-    /// Has all that a member recorded done with the work of others, and reads.
+    /// Executes all recorded work of a member, together with the work of others, and reads.
     fn read_as_member(
         &mut self,
         member: &Membership,
@@ -325,7 +324,7 @@ impl<'g> Recorder<'g> {
     /// Binds buffers for the next dispatch.
     fn bind(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) -> Result<(), GpuError> {
         if self.parameters.len() >= SLOTS * ALIGNMENT {
-            // A fault shows at the next submission or read.
+            // The next submission or read returns the fault.
             let _ = self.submit();
         }
         let before = self.parameters.len();
@@ -351,8 +350,8 @@ impl<'g> Recorder<'g> {
         Ok(())
     }
 
-    /// The bind group of these buffers, from the cache where it is known. Sizes are checked when it is made: those of a
-    /// buffer never change.
+    /// The bind group of these buffers, from the cache if possible. Sizes are checked when it is created; the size of a
+    /// buffer never changes.
     fn bind_group(
         &self,
         kernel: &Kernel,
@@ -404,7 +403,7 @@ impl<'g> Recorder<'g> {
         self.gpu.device.create_bind_group(&descriptor)
     }
 
-    /// Where the parameters will be.
+    /// The memory for the parameters.
     fn region(&mut self) -> Result<Region, GpuError> {
         if let Some(region) = self.region {
             return Ok(region);

@@ -31,9 +31,9 @@ fn source(name: &str) -> Source {
 /// Exclusive prefix sums. It holds kernels and memory for reuse.
 pub struct Scan {
     kernels: Kernels,
-    /// Per level: the totals of its blocks, and what comes before each block.
+    /// For each level: the totals of its blocks, and the sum before each block.
     levels: Vec<[Buffer; 2]>,
-    /// Takes the total of a level of one block.
+    /// The total of a level with one block.
     total: Buffer,
 }
 
@@ -46,7 +46,7 @@ impl Scan {
         Ok(Scan { kernels: Kernels::make(gpu, &())?, levels: Vec::new(), total: Buffer::new(gpu, "scan-total", 4, 1)? })
     }
 
-    /// Records `out[i] = counts[0] + ... + counts[i - 1]` for `i` in `0..=n`: `out` has room for `n + 1` numbers, and
+    /// Records `out[i] = counts[0] + ... + counts[i - 1]` for `i` in `0..=n`: `out` needs room for `n + 1` numbers, and
     /// the last one is the sum of all. `counts` and `out` are different buffers. Sums are modulo 2^32.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl Scan {
         n: u64,
     ) -> Result<(), GpuError> {
         debug_assert!(counts.capacity() >= n && out.capacity() > n, "the buffers of a scan are too small");
-        // Entries of each level; the first has one that counts nothing, so that the sum of all has a place.
+        // The entries of each level. The first level has one additional entry of zero, for the sum of all.
         let mut entries = vec![n + 1];
         while let Some(blocks) = entries.last().map(|n| n.div_ceil(BLOCK)).filter(|blocks| *blocks > 1) {
             entries.push(blocks);

@@ -6,7 +6,7 @@
 
 use super::{Buffer, Gpu, GpuError, Kernel, Precision, Source, fragment};
 
-/// Rounds of the loop tried.
+/// Rounds of the tested loop.
 const ROUNDS: u32 = 70_000;
 
 pub(super) fn run(gpu: &Gpu) -> Result<Vec<String>, GpuError> {

@@ -8,7 +8,7 @@ use super::{
 /// Bits of a digit.
 const DIGIT_BITS: u32 = 4;
 
-/// Keys that one invocation sorts: as many as there are digits, so that counting by invocation costs as much as moving
+/// Keys that one invocation sorts: as many as there are digits, so that counting per invocation costs as much as moving
 /// keys.
 const ITEMS: u32 = 16;
 
@@ -64,9 +64,9 @@ impl Sort {
         })
     }
 
-    /// Records a sort of the first `n` keys and their values by the lowest `bits` bits of the keys. Keys that agree in
-    /// them keep their order. The two buffers may change places with ones of the sort's own, at least as large; what
-    /// lies past `n` is lost.
+    /// Records a sort of the first `n` keys and their values by the lowest `bits` bits of the keys. Keys with equal
+    /// bits keep their order. The two buffers may be exchanged with internal buffers of at least the same size;
+    /// elements after the first `n` are lost.
     ///
     /// # Errors
     /// [`GpuError::Limit`], [`GpuError::OutOfMemory`].

@@ -4,11 +4,11 @@ use super::Precision;
 use super::function::{Part, declared};
 use std::fmt::Write as _;
 
-/// Invocations of a workgroup, unless a kernel says otherwise. 64 to 256 were equally fast for the product with A.
+/// Invocations of a workgroup, unless a kernel sets another size. 64 to 256 were equally fast for the product with A.
 pub const WORKGROUP: u32 = 128;
 
-/// The same for kernels of separate invocations on an adapter that computes on a processor, which executes whole
-/// workgroups, vector after vector: most of a larger one is idle where a member of an ensemble has 20 bodies.
+/// The same for kernels with independent invocations on a software adapter, which executes whole workgroups vector by
+/// vector: in a larger workgroup most vectors are idle if a member of an ensemble has 20 bodies.
 const WORKGROUP_ON_SOFTWARE: u32 = 16;
 
 /// A piece of WGSL.
@@ -53,7 +53,7 @@ const TINY: real = 2.2250738585072014e-308lf;
 ";
 
 impl Source {
-    /// A source with the number type and what all kernels share.
+    /// A source with the number type and the definitions that all kernels share.
     pub fn new(name: impl Into<String>, precision: Precision) -> Self {
         Source::with_workgroup(name, precision, WORKGROUP)
     }
@@ -76,12 +76,13 @@ impl Source {
         source.integer("WORKGROUP", workgroup).include(super::fragment!("common/invocation.wgsl"))
     }
 
-    /// The same in smaller workgroups, where nothing else depends on how large they are: an invocation knows its place
-    /// by `invocation` alone. Only that, the definition and the entry point name the number. Invocations do not meet.
+    /// The same with smaller workgroups, for kernels that do not depend on the size: an invocation gets its index only
+    /// from `invocation`, and only that function, the constant and the entry point use the size. Invocations do not
+    /// synchronize.
     pub(super) fn on_software(&self) -> Option<Source> {
         let meets = ["var<workgroup>", "Barrier"].iter().any(|word| self.text.contains(word));
         let count = |words: &str| self.text.matches(words).count();
-        // Each is defined once.
+        // Each name occurs once in its definition.
         let by_place = count(" invocation(") > 1 && count(" group_index(") == 1;
         let separate = !meets && by_place && count("WORKGROUP") == 3;
         let of = |workgroup| format!("const WORKGROUP: u32 = {workgroup}u;");
@@ -97,8 +98,8 @@ impl Source {
         self
     }
 
-    /// Adds a group of constants of type `u32`, once. In tests a `switch` with a case of one of them needs cases of
-    /// all.
+    /// Adds a group of constants of type `u32`, once. Tests require that a `switch` with a case for one of them has
+    /// cases for all.
     #[must_use]
     pub fn constants(mut self, name: &'static str, constants: impl IntoIterator<Item = (&'static str, u32)>) -> Self {
         if self.fragments.contains(&name) {
@@ -110,20 +111,20 @@ impl Source {
         constants.into_iter().fold(self, |source, (constant, value)| source.integer(constant, value))
     }
 
-    /// The groups of constants, by their names.
+    /// The groups of constants, by name.
     #[cfg(test)]
     pub(super) fn groups(&self) -> &[(&'static str, Vec<&'static str>)] {
         &self.groups
     }
 
-    /// Says what the kernel is called with, and declares its parameters.
+    /// Sets the arguments of the kernel, and declares its parameters.
     #[must_use]
     pub fn called_with(mut self, arguments: Vec<Part>) -> Self {
         self.text += &declared(&self.text, &arguments);
         Source { arguments, ..self }
     }
 
-    /// What the kernel is called with.
+    /// The arguments of the kernel.
     pub(super) fn arguments(&self) -> &[Part] {
         &self.arguments
     }
@@ -154,7 +155,7 @@ impl Source {
     /// A literal of type `real`.
     pub fn literal(&self, value: f64) -> String {
         match self.precision {
-            // A literal that overflows is no WGSL; one that underflows is zero.
+            // A literal that overflows is not valid WGSL; one that underflows is zero.
             Precision::F32 => format!("{:e}f", value.clamp(-3e38, 3e38) as f32),
             Precision::F64 => format!("{value:e}lf"),
         }

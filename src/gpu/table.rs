@@ -5,9 +5,9 @@
 use super::Source;
 use super::{Gpu, GpuError};
 
-/// What a field of a table may be: a kernel, several, one where the scene needs it, or another table.
+/// The type of a field of a table: a kernel, several kernels, an optional kernel, or another table.
 pub(crate) trait Made: Sized {
-    /// What it is made from.
+    /// The type that it is made from.
     type From<'a>;
 
     /// Compiles it.
@@ -44,7 +44,7 @@ impl<T: Made> Made for Vec<T> {
     }
 }
 
-/// Declares a struct of kernels, each with the source that it is made from, which may refer to what all are made for:
+/// Declares a struct of kernels, each with its source. Sources may refer to the value that all are made from:
 ///
 /// ```ignore
 /// kernels! {

@@ -2,12 +2,12 @@
 
 use super::Counters;
 
-/// Counters by stage, in the order in which the stages were first named. There are some twenty stages at most, so they
-/// are looked for one after the other.
+/// Counters by stage, in the order in which the stages were first named. There are at most some twenty stages, so a
+/// linear search suffices.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     stages: Vec<(&'static str, Counters)>,
-    /// Bytes written for what is submitted next.
+    /// Bytes written for the next submission.
     for_next: u64,
 }
 
@@ -21,12 +21,12 @@ impl Tally {
         &mut self.stages[at].1
     }
 
-    /// Counts bytes that the host wrote. They belong to the submission that follows.
+    /// Counts bytes that the host wrote. They belong to the next submission.
     pub fn write(&mut self, bytes: u64) {
         self.for_next += bytes;
     }
 
-    /// Adds what was recorded, which ended in `stage`. What was written before belongs to its first stage.
+    /// Adds recorded work whose last stage was `stage`. Bytes written before belong to its first stage.
     pub fn add(&mut self, recorded: &mut Tally, stage: &'static str) {
         let first = recorded.stages.first().map_or(stage, |(first, _)| first);
         self.of(first).bytes_written += std::mem::take(&mut self.for_next);
@@ -35,7 +35,7 @@ impl Tally {
         }
     }
 
-    /// Stages and counters; bytes that no submission followed yet are those of `other`.
+    /// Stages and counters; bytes without a submission yet belong to `other`.
     pub fn stages(&self) -> Vec<(&'static str, Counters)> {
         let mut all = self.clone();
         let written = std::mem::take(&mut all.for_next);
@@ -45,7 +45,7 @@ impl Tally {
         all.stages
     }
 
-    /// The counters of all stages together.
+    /// The sum of the counters of all stages.
     pub fn total(&self) -> Counters {
         let mut total = Counters { bytes_written: self.for_next, ..Counters::default() };
         self.stages.iter().for_each(|(_, counters)| total += *counters);

@@ -1,14 +1,14 @@
-//! The one device of a process that runs tests: of this crate's unit tests, and of `tests/common/device.rs`.
+//! The one device of a process that runs tests: for this crate's unit tests and for `tests/common/device.rs`.
 
 use super::{Choice, Gpu, Precision};
 use std::io::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// How many tests were skipped.
+/// The number of skipped tests.
 static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 
-/// The device, or `None` after a line that says so; without one it fails where `RELCP_REQUIRE_GPU` is set.
+/// The device. Without a device it prints a line and returns `None`, or fails if `RELCP_REQUIRE_GPU` is set.
 pub(crate) fn test_device() -> Option<&'static Arc<Gpu>> {
     static DEVICE: OnceLock<Result<Arc<Gpu>, String>> = OnceLock::new();
     let name = std::env::var("RELCP_ADAPTER").ok();
@@ -20,14 +20,14 @@ pub(crate) fn test_device() -> Option<&'static Arc<Gpu>> {
         Err(why) => {
             let test = std::thread::current().name().unwrap_or("a test").to_owned();
             let skipped = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
-            // Not captured by the test harness, so that what was skipped can be counted.
+            // The test harness does not capture this, so that skipped tests can be counted.
             let _ = writeln!(std::io::stderr(), "SKIP {skipped}: {test}: {why}");
             None
         }
     }
 }
 
-/// The precisions that the device has; with `RELCP_PRECISION=f32` or `f64` that one alone.
+/// The precisions that the device supports; with `RELCP_PRECISION=f32` or `f64` only that one.
 pub(crate) fn precisions(gpu: &Gpu) -> Vec<Precision> {
     let mut all = vec![Precision::F32];
     all.extend(gpu.has_f64().then_some(Precision::F64));

@@ -1,22 +1,22 @@
 //! Times of passes by stage, from timestamp queries.
 //!
-//! Every submission has query sets of its own. They stay filled until the host waits for the device for another reason.
-//! So timing adds no wait, unless very many submissions follow each other without one.
+//! Every submission has its own query sets. They keep their results until the host waits for the device for another
+//! reason. So timing adds no wait, unless very many submissions follow each other without one.
 
 use super::Gpu;
 use std::mem::take;
 
-/// Passes that one set of queries times; a submission takes as many sets as it needs. An adapter's query set holds at
-/// least 4,096 queries, of which a pass takes two.
+/// Passes that one set of queries times; a submission uses as many sets as it needs. An adapter's query set holds at
+/// least 4,096 queries, and a pass needs two.
 const PASSES: usize = 512;
 
-/// Sets that wait to be read at most, 16 KiB each; then the host waits for them.
+/// The largest number of sets that wait to be read, 16 KiB each; beyond, the host waits for them.
 const MOST_WAITING: usize = 256;
 
 /// Bytes of the two timestamps of a pass.
 const PASS_BYTES: u64 = 16;
 
-/// Queries of up to [`PASSES`] passes, and where their results go.
+/// Queries of up to [`PASSES`] passes, and the buffers for their results.
 pub(super) struct Set {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
@@ -34,10 +34,10 @@ pub(super) struct Passes {
 }
 
 pub(super) struct Timer {
-    /// Seconds of a tick.
+    /// Seconds per tick.
     period: f64,
     free: Vec<Set>,
-    /// Sets whose passes the device has, or has done.
+    /// Sets whose passes were submitted.
     submitted: Vec<Set>,
     stages: Vec<(&'static str, Passes)>,
 }
@@ -68,13 +68,13 @@ impl Set {
         self.stages.len() as u64 * PASS_BYTES
     }
 
-    /// Brings the results into a buffer that the host can read.
+    /// Copies the results into a buffer that the host can read.
     pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.resolve_query_set(&self.queries, 0..2 * self.stages.len() as u32, &self.resolved, 0);
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.read, 0, self.bytes());
     }
 
-    /// Ticks of each pass, where the adapter wrote two that can be.
+    /// The ticks of each pass, if the adapter wrote two valid timestamps.
     fn ticks(&self) -> Vec<Option<u64>> {
         let unknown = || vec![None; self.stages.len()];
         let Ok(view) = self.read.get_mapped_range(0..self.bytes()) else { return unknown() };
@@ -92,7 +92,7 @@ impl Timer {
         Timer { period, free: Vec::new(), submitted: Vec::new(), stages: Vec::new() }
     }
 
-    /// The queries of the next pass of a submission that has `sets` so far: its first and its last.
+    /// The queries of the next pass of a submission with `sets` so far: its first and its last query.
     pub fn next(&mut self, gpu: &Gpu, sets: &mut Vec<Set>, stage: &'static str) -> Option<(wgpu::QuerySet, u32, u32)> {
         if sets.last().is_none_or(|set| set.stages.len() == PASSES) {
             sets.push(self.free.pop().unwrap_or_else(|| Set::new(gpu)));
@@ -103,7 +103,7 @@ impl Timer {
         Some((set.queries.clone(), first, first + 1))
     }
 
-    /// Keeps the sets of what was submitted until they are read.
+    /// Stores the sets of a submission until they are read.
     pub fn submitted(&mut self, gpu: &Gpu, sets: Vec<Set>) {
         self.submitted.extend(sets);
         if self.submitted.len() > MOST_WAITING {
@@ -111,7 +111,7 @@ impl Timer {
         }
     }
 
-    /// Adds the times of all that was submitted, which it waits for.
+    /// Adds the times of all submitted work, for which it waits.
     pub fn collect(&mut self, gpu: &Gpu) {
         let mut sets = take(&mut self.submitted);
         if sets.is_empty() {
@@ -120,7 +120,7 @@ impl Timer {
         for set in &sets {
             set.read.map_async(wgpu::MapMode::Read, 0..set.bytes(), |_| {});
         }
-        // A device with a fault is not asked again.
+        // After a fault the device is not queried again.
         let done = gpu.wait_for_submissions().is_ok();
         for set in &mut sets {
             let ticks = if done { set.ticks() } else { vec![None; set.stages.len()] };

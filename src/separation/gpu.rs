@@ -177,10 +177,10 @@ impl PairFamilies {
         }
     }
 
-    /// The function `separate`.
+    /// The fragments with the function `separate`.
     fn entry(self, planar: bool) -> &'static [Fragment] {
         match self {
-            // Rings are placed as in space.
+            // Rings are handled as in space.
             _ if !planar => &[fragment!("separation/entry_space.wgsl")],
             PairFamilies::CircleSegment | PairFamilies::Circles => &[fragment!("separation/entry_space.wgsl")],
             PairFamilies::Segments => &[
@@ -198,7 +198,7 @@ impl PairFamilies {
         }
     }
 
-    /// The function `is_of_families`.
+    /// The text of the function `is_of_families`.
     fn test_text(self) -> String {
         let (first, second) = self.families();
         let both = |a: Family, b: Family| format!("{} && {}", a.test_of("kind_a"), b.test_of("kind_b"));

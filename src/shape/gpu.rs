@@ -1,9 +1,9 @@
-//! Shapes in WGSL: their tags, and what a body's dynamics needs of them.
+//! Shapes in WGSL: their tags, and the shape functions for a body's dynamics.
 
 use super::Tag;
 use crate::gpu::{Source, fragment};
 
-/// Adds the tags of shapes: a constant for each kind that kernels know.
+/// Adds the tags of shapes: a constant for each kind that kernels support.
 #[must_use]
 pub(crate) fn add_tags_to(source: Source) -> Source {
     let constants = Tag::ALL.iter().filter_map(|tag| Some((tag.constant()?, *tag as u32)));

@@ -15,7 +15,7 @@ use glam::DVec3;
 impl Device {
     pub(super) fn take_on_cpu<const D: usize>(&mut self, take: &mut Take<'_>) -> Result<(), Fault> {
         let mut state = self.known_state()?.clone();
-        // The step that failed has changed normals, except where the state was read before it.
+        // The failed step has changed normals, unless the state was read before it.
         state.warm.retain(|warm| warm.gamma > 0.0);
         state.warm.iter_mut().for_each(|warm| warm.normal = DVec3::ZERO);
         self.gpu.rest();
@@ -29,7 +29,7 @@ impl Device {
         Ok(self.load(cpu.into_state())?)
     }
 
-    /// Goes on from a state of this scene.
+    /// Continues from a state of this scene.
     pub(super) fn load(&mut self, state: State) -> Result<(), GpuError> {
         let Device { gpu, setup, model, states, start, motions, narrow, accepted, .. } = self;
         let mut record = gpu.record();
@@ -41,7 +41,7 @@ impl Device {
             bonds.write_broken(gpu, setup, &state.bodies.broken_bonds);
         }
         start.load(gpu, setup, model, &state, &unrounded)?;
-        // What is known of the state from now on is what the device holds.
+        // From here on, the host knows only what the device stores.
         *accepted = Accepted::of(&state);
         narrow.candidates.forget(state.warm);
         Ok(())

@@ -7,37 +7,37 @@ use crate::dynamics::growth::{Due, Species, daughters};
 use crate::shape::Shape;
 use crate::step::State;
 
-/// How a body grows, where bodies do.
+/// How a body grows, in scenes with growth.
 #[derive(Clone, Copy)]
 pub(super) struct Growing {
-    /// Its growing length, NaN for a body that does not grow, and when it divides.
+    /// Its growing length (NaN for a body that does not grow), and the condition on which it divides.
     pub length: f64,
     due: Due,
-    /// What divides into its daughters but for the length: what its thickness is read from.
+    /// The shape whose thickness a dividing body has; its length is not used.
     shape: Shape,
-    /// Its rate of growth in the step, and what its length is multiplied with in a part of a step. This is computed
-    /// when the rate changes, as an exponential costs more than all else that the host does for a body.
+    /// Its rate of growth in the step, and the factor of its length over a part of a step. The factor is computed only
+    /// when the rate changes: an exponential costs more than all other work of the host for a body.
     rate: f64,
     factor: f64,
 }
 
-/// Who the bodies are. A step changes it by divisions at its start and by growth when it is accepted; until then the
-/// divisions can be undone.
+/// The identities of the bodies. Divisions change them at a step's start, and growth when a step is accepted. Until
+/// then divisions can be undone.
 pub(super) struct Ancestry {
     pub lineage: Vec<Lineage>,
     pub group: Vec<u32>,
-    /// Empty where no body grows.
+    /// Empty in scenes without growth.
     pub growing: Vec<Growing>,
     pub next_id: u64,
-    /// The length of a part of a step, in each of which bodies grow.
+    /// The length of a part of a step; bodies grow in each part.
     interval: f64,
-    /// Bodies and the next id in the last accepted state, and the mothers of the present step as they were in it.
+    /// The number of bodies and the next id in the last accepted state, and the mothers of the present step as they
+    /// were in that state.
     accepted: (usize, u64),
     mothers: Vec<(usize, Lineage, Growing)>,
-    /// The bodies that are due to divide in the step after the last accepted one: found when lengths are at hand
-    /// anyway.
+    /// The bodies that divide at the start of the next step, found while the lengths are computed.
     due: Vec<usize>,
-    /// Bodies whose rates have changed since they were last asked for, some perhaps more than once.
+    /// Bodies whose rates have changed since the last call of `changed_growths`; a body may be listed more than once.
     changed: Vec<usize>,
 }
 
@@ -53,7 +53,7 @@ impl Growing {
         Growing { length, due: species.due(line, &shape), shape, rate, factor: (rate * interval).exp() }
     }
 
-    /// That of a body that does not grow.
+    /// The entry of a body that does not grow.
     fn none(shape: Shape) -> Growing {
         let due = Due { length: f64::INFINITY, time: f64::INFINITY };
         Growing { length: f64::NAN, due, shape, rate: 0.0, factor: 1.0 }
@@ -61,7 +61,7 @@ impl Growing {
 }
 
 impl Ancestry {
-    /// That of the bodies of a state, which are to have these lengths where they grow.
+    /// The identities of the bodies of a state. `prescribed` has the lengths of growing bodies.
     pub fn of(setup: &Setup, state: &State, prescribed: impl Iterator<Item = f64>) -> Ancestry {
         let (interval, bodies) = (setup.length_of(setup.first_part()), &state.bodies);
         let growing = |cells: &Cells| {
@@ -89,12 +89,12 @@ impl Ancestry {
         ancestry
     }
 
-    /// The bodies that are due to divide at the start of the next step.
+    /// The bodies that divide at the start of the next step.
     pub fn due(&self) -> &[usize] {
         &self.due
     }
 
-    /// Divides a body at `time`. Returns its index, that of the upper daughter, and the length of both.
+    /// Divides a body at `time`. Returns its index, the index of the upper daughter, and the length of both.
     pub fn divide(&mut self, species: &Species<'_>, mother: usize, time: f64, pressure: f64) -> (usize, usize, f64) {
         let (upper, line, own) = (self.lineage.len(), self.lineage[mother], self.growing[mother]);
         self.mothers.push((mother, line, own));
@@ -114,7 +114,7 @@ impl Ancestry {
         (mother, upper, half)
     }
 
-    /// Sets the rates under these pressures.
+    /// Sets the growth rates for these pressures.
     pub fn press(&mut self, cells: &Cells, pressures: &[f64]) {
         for (body, (own, pressure)) in self.growing.iter_mut().zip(pressures).enumerate() {
             let Some(species) = cells.of(self.group[body]).filter(|_| !own.length.is_nan()) else { continue };
@@ -126,7 +126,7 @@ impl Ancestry {
         }
     }
 
-    /// Takes back the divisions of a step that was not accepted.
+    /// Undoes the divisions of a step that was not accepted.
     pub fn undo(&mut self) {
         let (bodies, next_id) = self.accepted;
         self.lineage.truncate(bodies);
@@ -140,8 +140,8 @@ impl Ancestry {
         }
     }
 
-    /// Grows all bodies over an accepted step of `parts` that ends at `time`: part by part, as on the CPU to the last
-    /// bit, since lengths say who divides.
+    /// Grows all bodies over an accepted step of `parts` that ends at `time`, part by part, with the same bits as on
+    /// the CPU, because lengths determine divisions.
     pub fn accept(&mut self, parts: usize, time: f64) {
         self.mothers.clear();
         self.accepted = (self.lineage.len(), self.next_id);
@@ -160,14 +160,14 @@ impl Ancestry {
         }
     }
 
-    /// Gives bodies the lengths that are kept here, which are those of the CPU to the last bit: a device rounds them.
+    /// Sets the lengths of bodies to those stored here, which have the bits of the CPU. The device rounds its lengths.
     pub fn write_lengths(&self, bodies: &mut Bodies) {
         for (shape, own) in bodies.shape.iter_mut().zip(&self.growing) {
             *shape = shape.grown(own.length).unwrap_or(*shape);
         }
     }
 
-    /// The lengths that bodies are to have in the last accepted state; zero for those that do not grow.
+    /// The prescribed lengths of the last accepted state; zero for bodies that do not grow.
     pub fn accepted_lengths(&self) -> Vec<f64> {
         let mut growing = self.growing[..self.accepted.0.min(self.growing.len())].to_vec();
         for (mother, _, own) in &self.mothers {
@@ -186,8 +186,8 @@ impl Ancestry {
         (lineage, self.group[..bodies].to_vec(), next_id)
     }
 
-    /// Runs of neighbouring bodies whose rates have changed since the last call, and what each body grows by in a part
-    /// of a step, as a part of its length. `all` counts every body as changed.
+    /// Ranges of consecutive bodies whose rates have changed since the last call, each with the bodies' relative growth
+    /// in a part of a step. With `all`, every body counts as changed.
     pub fn changed_growths(&mut self, all: bool) -> Vec<(usize, Vec<f64>)> {
         let mut changed = std::mem::take(&mut self.changed);
         if all {

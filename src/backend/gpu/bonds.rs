@@ -1,5 +1,5 @@
-//! Bonds on the device. A kernel adds their loads to those of the host and of heat; another finds the bonds that break.
-//! The host stores the bodies of each bond.
+//! Bonds on the device. A kernel adds their loads to those of the host and to random loads; another one finds the bonds
+//! that break. The host stores the bodies of each bond.
 
 use super::Setup;
 use super::source::{between, changing};
@@ -24,13 +24,13 @@ kernels! {
     /// The kernels of bonds.
     pub(super) struct BondKernels for setup: &Setup {
         pull: Pull = changing(setup, stretched(setup, "bonds").include(fragment!("dynamics/bonds.wgsl"))),
-        /// Where bonds can break.
+        /// Only if bonds can break.
         snap: Option<Snap> = setup.bonds.may_break()
             .then(|| changing(setup, stretched(setup, "breaking bonds").include(fragment!("dynamics/break.wgsl")))),
     }
 }
 
-/// A source that knows how bonds are stretched.
+/// A source with the extension of bonds.
 fn stretched(setup: &Setup, name: &str) -> Source {
     between(setup, name).include(fragment!("dynamics/bond.wgsl"))
 }
@@ -40,24 +40,24 @@ const NEVER: f64 = -1.0;
 
 /// The bonds of a scene.
 pub(super) struct BondBuffers {
-    /// Two vectors a bond: the point on each body, with the stiffness and the length.
+    /// Two vectors per bond: the point on each body, with the stiffness and the length.
     bonds: Buffer,
     /// The tension at which each breaks, or [`NEVER`].
     strengths: Buffer,
-    /// A word each: whether it is broken.
+    /// One word per bond: whether it is broken.
     broken: Buffer,
-    /// The bodies of each.
+    /// The bodies of each bond.
     ends: Buffer,
     /// The bonds of each body.
     incident: Buffer,
-    /// What `ends` and `incident` hold.
+    /// The contents of `ends` and `incident`.
     written: Incidence,
 }
 
 arrays! { BondBuffers { bonds, strengths, broken, ends, incident } }
 
 impl BondBuffers {
-    /// Those of a scene; none where it has no bonds.
+    /// The buffers for a scene; `None` if it has no bonds.
     pub fn new(gpu: &Gpu, setup: &Setup, broken: &[u32]) -> Result<Option<Self>, GpuError> {
         if setup.bonds.is_empty() {
             return Ok(None);
@@ -88,7 +88,7 @@ impl BondBuffers {
         self.broken.write(gpu, 0, bytemuck::cast_slice(&flags));
     }
 
-    /// Reads which are broken.
+    /// Reads which bonds are broken.
     pub fn read_broken(&self, gpu: &Gpu, setup: &Setup) -> Result<Vec<u32>, GpuError> {
         let bytes = 4 * setup.bonds.list().len() as u64;
         let read = gpu.record().read(&[(&self.broken, 0..bytes)])?;
@@ -96,9 +96,9 @@ impl BondBuffers {
         Ok((0..).zip(flags).filter(|(_, broken)| *broken != 0).map(|(bond, _)| bond).collect())
     }
 
-    /// Writes which bonds hold which of the present bodies where that has changed.
+    /// Writes the bonds of each body and the bodies of each bond, if they have changed.
     pub fn write(&mut self, gpu: &Gpu, setup: &Setup, lineage: &[Lineage]) -> Result<(), GpuError> {
-        // A bond that breaks on the device keeps its place; its flag ends it.
+        // A bond that breaks on the device keeps its index; its flag disables it.
         let incidence = setup.bonds.incidence(lineage, &[]);
         if incidence != self.written {
             let incident = incidence.words();
@@ -110,14 +110,14 @@ impl BondBuffers {
         Ok(())
     }
 
-    /// Records the loads of bonds; where there are some (`adds`), beside those.
+    /// Records the loads of bonds. With `adds`, they are added to existing loads.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, loads: &Buffer, adds: bool) {
         let Some(kernels) = &stages.kernels.bonds else { return };
         let (periods, here) = (stages.start.periods_here, stages.here());
         kernels.pull.call(record, stages.start.bodies, PullArgs { adds, periods, stages, here, own: self, loads });
     }
 
-    /// Records that bonds break that are stretched too far in the state `at`.
+    /// Records the test that breaks bonds with too much tension in the state `at`.
     pub fn record_breaking(&self, stages: Stages<'_>, record: &mut Recorder<'_>, at: &Poses) {
         let Some(BondKernels { snap: Some(snap), .. }) = &stages.kernels.bonds else { return };
         let bonds = stages.setup.bonds.list().len();

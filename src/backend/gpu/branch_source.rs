@@ -17,7 +17,7 @@ use crate::gpu::{Source, fragment, kernels};
 use crate::separation::branches::gpu::Branched;
 use crate::shape::gpu::add_shapes_to;
 
-/// Set in the number of a first row's branch.
+/// A bit in the number of a branch, set for a first row.
 pub(super) const FIRST_ROW: u32 = 1 << 3;
 
 kernels! {
@@ -39,12 +39,12 @@ kernels! {
             .include(fragment!("constraint/tighten_branches.wgsl")),
         tightened: Tightened = plain(setup, "tightened").include(fragment!("constraint/tightened.wgsl")),
         move_words: Move = moved(setup, "move words", "u32", 1),
-        /// Where first rows are made where the last velocities lead.
+        /// Only if first rows are made at positions extrapolated with the last velocities.
         ahead: Option<Ahead> = setup.leads_ahead()
             .then(|| base(setup, "ahead").real("AHEAD", AHEAD).include(fragment!("dynamics/ahead.wgsl"))),
-        /// Where they are, and branches have a separation by their number.
+        /// Only in that case, and if the separation of some branches follows from their number.
         aim: Option<Aim> = (setup.leads_ahead() && Branched::of(&setup.shapes).has_ends()).then(|| aim(setup)),
-        /// The staged contacts at later lengths, where bodies grow and steps have a middle.
+        /// Updates staged contacts to later lengths, in scenes with growth and midpoint steps.
         stretch: Option<StretchBranches> = (setup.midpoint && setup.growth.is_some())
             .then(|| stretched(setup).include(fragment!("dynamics/stretch_branches.wgsl"))),
     }
@@ -58,12 +58,12 @@ fn plain(setup: &Setup, name: &str) -> Source {
     numbered(setup, base(setup, name))
 }
 
-/// A source that knows the branches of pairs.
+/// A source with the functions for branches of pairs.
 fn geometry(setup: &Setup, name: &str) -> Source {
     Branched::of(&setup.shapes).add_to(numbered(setup, of_pairs(setup, name)))
 }
 
-/// `last_turning`: the angular velocity that a state keeps.
+/// Adds `last_turning`: the angular velocity stored in a state.
 fn with_turning(setup: &Setup, source: Source) -> Source {
     let (source, kept) = match setup.keeps_momentum() {
         true => {

@@ -53,23 +53,23 @@ functions! {
     }
 }
 
-/// What rows by branches need beside the rows.
+/// The data of rows by branches, in addition to the rows.
 pub(super) struct Branches {
-    /// Three vectors a row, see `shaders/constraint/stage.wgsl`.
+    /// Three vectors per row, see `shaders/constraint/stage.wgsl`.
     staged: Buffer,
-    /// By row: the branch, and [`FIRST_ROW`]; and a spare.
+    /// The branch of each row, with [`FIRST_ROW`]; and a spare buffer.
     features: Buffer,
     spare_features: Buffer,
-    /// By staged contact, see `shaders/constraint/match.wgsl`.
+    /// One word per staged contact, see `shaders/constraint/match.wgsl`.
     partners: Buffer,
-    /// By pair and branch: what the first half of a step ended with.
+    /// For each pair and branch, the multiplier at the end of the first half of a step.
     middle: Buffer,
 }
 
 arrays! { Branches { staged, features, partners } }
 
 impl Branches {
-    /// Those of a scene; none where it has the paper's rows.
+    /// The buffers for a scene; `None` if it has the paper's rows.
     pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Option<Self>, GpuError> {
         if setup.branches == 0 {
             return Ok(None);
@@ -84,7 +84,7 @@ impl Branches {
         }))
     }
 
-    /// Moves what rows have of branches to the rows' new places.
+    /// Moves the branch data of rows to the rows' new indices.
     pub fn move_all(
         &mut self,
         gpu: &Gpu,
@@ -124,14 +124,14 @@ impl Branches {
     }
 }
 
-/// A buffer of what pairs remember of their branches.
+/// A buffer for the stored multipliers of each pair's branches.
 pub(super) fn remembered(gpu: &Gpu, setup: &Setup) -> Result<Buffer, GpuError> {
     Buffer::new(gpu, "multipliers of branches", setup.branches.max(1) as usize * setup.precision.bytes(), 0)
 }
 
 impl RowSet {
-    /// Chooses the branches of all pairs that get a row next: of near pairs where first rows are made, or of violating
-    /// ones at the trial.
+    /// Chooses the branches of all pairs that get a row next: branches of near pairs for first rows, or of violating
+    /// pairs at the trial.
     pub fn choose_branches(
         &mut self,
         record: &mut Recorder<'_>,
@@ -153,8 +153,8 @@ impl RowSet {
         Ok(())
     }
 
-    /// Makes the rows of all chosen branches, for which the rows' starts have room: `first` ones, or those of
-    /// violations.
+    /// Makes the rows of all chosen branches: `first` rows, or rows of violations. The starts of the pairs' rows
+    /// already include them.
     pub(super) fn append_branches(
         &mut self,
         record: &mut Recorder<'_>,
@@ -176,11 +176,11 @@ impl RowSet {
         Ok(())
     }
 
-    /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer.
+    /// Moves the offsets of first rows to the violations of their branches, which reduces the number of violations.
     pub(super) fn tighten_branches(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
         let (problem, Stages { gpu, kernels, .. }) = (&self.problem, made.stages);
         let (Some(own), Some(kernels)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
-        // One for each violation, beside those there are.
+        // One row for each violation, after the existing ones.
         let rows = self.next;
         own.staged.reserve(gpu, rows)?;
         own.partners.reserve(gpu, rows)?;
@@ -192,7 +192,7 @@ impl RowSet {
         Ok(())
     }
 
-    /// Records what the next step starts from.
+    /// Records the warm start of the next step.
     pub fn remember(&self, kernels: &Kernels, record: &mut Recorder<'_>, lists: &Lists) {
         let (problem, pairs) = (&self.problem, lists.pairs_count);
         if let (Some(own), Some(kernels)) = (&self.branches, &kernels.branches) {

@@ -1,5 +1,5 @@
-//! Candidate pairs on the device: a list that is kept while the box of every body lies inside the box that the list was
-//! made with, and the stored values of each pair.
+//! Candidate pairs on the device. A list is kept while the box of every body lies inside the box from which the list
+//! was made. Also the stored values of each pair.
 
 use super::branches::CarryBranchesArgs;
 use super::row_set::RowSet;
@@ -28,27 +28,28 @@ functions! {
     }
 }
 
-/// Calls that a list should last for: a search costs about as much as a dozen narrow phases.
+/// The number of calls that a list should last: a search costs about as much as a dozen narrow phases.
 const FEW_CALLS: u64 = 16;
 const MANY_CALLS: u64 = 64;
 
-/// The skin of a first search and its bounds, as parts of the largest bounding radius. As on the CPU, a skin over a
-/// tenth of the boxes' edges lengthens the list more than it saves searches, and one under a five-hundredth is no skin.
+/// The skin of a first search and its bounds, as fractions of the largest bounding radius. As on the CPU, a skin of
+/// more than a tenth of the boxes' edges lengthens the list more than it saves searches, and a skin of less than a
+/// five-hundredth has no effect.
 const FIRST_SKIN: f64 = 0.04;
 const LEAST_SKIN: f64 = 0.004;
 const LARGEST_SKIN: f64 = 0.2;
 
-/// Pairs, who has which of them, and what is known of each.
+/// The pairs, the list of pairs of each body, and the stored values of each pair.
 pub(super) struct Lists {
-    /// Pairs of bodies, then places of bodies at surfaces.
+    /// The number of pairs of bodies, plus places of bodies at surfaces.
     pub pairs_count: u64,
     pub body_pairs: u64,
     pub pairs: Buffer,
     pub adjacency_start: Buffer,
     pub adjacency: Buffer,
-    /// Three vectors a pair, see `shaders/separation/narrow.wgsl`.
+    /// Three vectors per pair, see `shaders/separation/narrow.wgsl`.
     pub contacts: Buffer,
-    /// Where rows are by branches: the multipliers that each pair's branches ended the last step with.
+    /// For rows by branches: the multipliers of each pair's branches at the end of the last step.
     pub remembered: Buffer,
     pub bodies: u64,
 }
@@ -61,7 +62,7 @@ pub(super) struct Candidates {
     pub lists: Lists,
     old: Lists,
     old_pair: Buffer,
-    /// Rows of pairs, where a list is made before there are any.
+    /// Row counts of pairs for a list that is made before there are rows.
     no_rows: Buffer,
     search: Search,
     pub surfaces: Option<Surfaces>,
@@ -72,9 +73,9 @@ pub(super) struct Candidates {
     pub searches: u64,
     /// Whether walls or the cell have moved since the list was made.
     stale: bool,
-    /// Whether the next search is the first one since the start, or since the host gave the device another state.
+    /// Whether the next search is the first one after the start, or after the host has set the device's state.
     pub(super) first: bool,
-    /// Pairs remembered by an earlier run or by the host, until that search.
+    /// The pairs stored by an earlier run or by the host, until that search.
     pub(super) warm: Vec<Warm>,
 }
 
@@ -123,7 +124,7 @@ impl Candidates {
         })
     }
 
-    /// Forgets the list. The next search starts from these remembered pairs.
+    /// Drops the list. The next search starts from these stored pairs.
     pub fn forget(&mut self, warm: Vec<Warm>) {
         (self.first, self.warm) = (true, warm);
     }
@@ -133,7 +134,7 @@ impl Candidates {
         !self.first && !self.stale && self.lists.bodies == bodies
     }
 
-    /// Moves walls to these places: a list from before knows nothing of who is near them.
+    /// Moves walls to these positions. Older lists do not contain all bodies near them.
     pub fn place_walls(
         &mut self,
         gpu: &Gpu,
@@ -147,18 +148,19 @@ impl Candidates {
         Ok(())
     }
 
-    /// Goes on with other periods: a list from before says nothing there.
+    /// Sets other periods, for which older lists are not valid.
     pub fn place_cell(&mut self, periods: LatticePeriods) {
         self.search.set_periods(periods);
         self.stale = true;
     }
 
-    /// A look at the list that found it complete.
+    /// Counts a check that found the list complete.
     pub fn used(&mut self) {
         self.calls += 1;
     }
 
-    /// Records the test whether the list is complete for these boxes; without a list only whether they are finite.
+    /// Records the check whether the list is complete for these boxes; without a list, only whether the boxes are
+    /// finite.
     pub fn inside(
         &mut self,
         gpu: &Gpu,
@@ -173,7 +175,7 @@ impl Candidates {
         Ok(())
     }
 
-    /// Makes the list anew, and takes over what is known of its pairs, their rows too where there are any.
+    /// Makes a new list, and copies the stored values of its pairs, with their rows if there are any.
     pub fn search(
         &mut self,
         gpu: &Gpu,
@@ -193,8 +195,8 @@ impl Candidates {
         record.submit()?;
         std::mem::swap(&mut self.lists, &mut self.old);
         let lists = &mut self.lists;
-        // The search writes into the buffers of the list before the last, and the last one stays for what is carried
-        // over.
+        // The search writes into the buffers of the list before the last one. The last list is needed until its values
+        // are copied.
         self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
         let found = self.search.run(gpu, &stored.cells, &stored.remainders, &stored.boxes, bodies);
         self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
@@ -243,12 +245,12 @@ impl Candidates {
         record.submit()
     }
 
-    /// Twice the skin where lists were soon of no use, half of it where they lasted long.
+    /// Doubles the skin if lists soon became incomplete, and halves it if they lasted long.
     fn next_skin(&mut self, largest: f64) -> f64 {
         let bounds = (LEAST_SKIN * largest, LARGEST_SKIN * largest);
         let skin = match self.skin {
             None => FIRST_SKIN * largest,
-            // The motion of a wall or a cell says nothing of the skin.
+            // The motion of a wall or of the cell does not affect the skin.
             Some(skin) if self.stale => skin,
             Some(skin) if self.calls < FEW_CALLS => 2.0 * skin,
             Some(skin) if self.calls > MANY_CALLS => 0.5 * skin,

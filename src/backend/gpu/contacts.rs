@@ -21,10 +21,10 @@ functions! {
     }
 }
 
-/// Pairs handed to a device at once: their contacts take 96 MiB in 64-bit numbers.
+/// Pairs per call of the device: their contacts take 96 MiB in 64-bit numbers.
 const PAIRS_AT_ONCE: usize = 1 << 20;
 
-/// Numbers of a pair's contact: three vectors.
+/// Numbers per contact: three vectors.
 const NUMBERS: usize = 12;
 
 /// Every pair of bodies whose separation is at most `cutoff`, in the order of [`crate::step::contacts`].
@@ -34,7 +34,7 @@ const NUMBERS: usize = 12;
 pub fn contacts(gpu: &Gpu, precision: Precision, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
     let lattice = lattice(gpu, precision, bodies)?;
     let (cutoff, mut found) = candidates(bodies, cutoff);
-    // A ring and an ellipsoid have no separation, as on the CPU.
+    // A ring and an ellipsoid are not supported, as on the CPU.
     found.retain(|candidate| {
         let [a, b] = candidate.bodies.map(|i| &bodies.shape[i]);
         PairFamilies::of(a, b).is_some()
@@ -63,8 +63,7 @@ pub fn contacts(gpu: &Gpu, precision: Precision, bodies: &Bodies, cutoff: f64) -
 
 /// Every body and surface whose separation is at most `cutoff`, in the order of [`Walls::contacts`].
 ///
-/// # Errors
-/// As [`contacts`]; walls beyond the lattice too.
+/// As [`contacts`], and for walls beyond the lattice.
 pub fn wall_contacts(
     gpu: &Gpu,
     precision: Precision,
@@ -115,7 +114,7 @@ fn base(lattice: &Lattice, precision: Precision, name: &str) -> Source {
         .include(fragment!("separation/placed.wgsl"))
 }
 
-/// The bodies of these candidates, each image that is met once, and the pairs of places in that list.
+/// The bodies of these candidates, with one entry for each image that occurs, and the pairs of indices into that list.
 fn places(bodies: &Bodies, candidates: &[Candidate]) -> (Vec<(usize, I64Vec3)>, Vec<[u32; 2]>) {
     let mut places: Vec<_> = (0..bodies.len()).map(|i| (i, I64Vec3::ZERO)).collect();
     let mut images: HashMap<(usize, [i64; 3]), u32> = HashMap::new();
@@ -134,7 +133,7 @@ fn places(bodies: &Bodies, candidates: &[Candidate]) -> (Vec<(usize, I64Vec3)>, 
     (places, pairs)
 }
 
-/// Bodies at their places.
+/// Bodies with positions and orientations on the device.
 struct Placed {
     cells: Buffer,
     remainders: Buffer,
@@ -176,7 +175,7 @@ impl Placed {
     }
 }
 
-/// The separations of pairs, which `call` has computed of so many in a list.
+/// The separations of pairs; `call` computes them for a number of pairs in a list.
 fn separate(
     gpu: &Gpu,
     precision: Precision,

@@ -1,6 +1,6 @@
-//! The effect of contact during a trial, on the device. Two kernels write it into the report of a trial, which the host
-//! reads anyway: one kernel for the bodies, one for the pairs. If contacts of a step push bodies apart that do not
-//! touch, the CPU takes the step, like a step that fails, because only the CPU makes its rows again.
+//! The effect of contact during a trial, on the device. Two kernels, one for the bodies and one for the pairs, write it
+//! into the report of a trial, which the host reads in any case. If contacts of a step push bodies apart that do not
+//! touch, the CPU repeats the step, as after a failure, because only the CPU can remake its rows.
 //!
 //! Differences from the CPU: only the nearest separation of a pair that pushes is checked; with the paper's rows, pairs
 //! are not checked; bodies and pairs are named only where a guarantee is violated; energy is not measured.
@@ -32,14 +32,14 @@ functions! {
 }
 
 impl Setup {
-    /// Up to which part of the thinner body's thickness the separations of a trial are computed: where contacts that
-    /// push must touch.
+    /// The fraction of the thinner body's thickness up to which the separations of a trial are computed. Contacts that
+    /// push must touch within this limit.
     pub(super) fn gap(&self) -> f64 {
         if self.branches > 0 { GAP } else { 0.0 }
     }
 }
 
-/// The kernel of what bodies do.
+/// The kernel for bodies.
 pub(super) fn farthest(setup: &Setup) -> Source {
     reporting(with_bodies(setup, "farthest"))
         .include(fragment!("dynamics/axis.wgsl"))
@@ -47,7 +47,7 @@ pub(super) fn farthest(setup: &Setup) -> Source {
         .include(fragment!("step/farthest.wgsl"))
 }
 
-/// The kernel of what pairs do; none with the paper's rows.
+/// The kernel for pairs; `None` with the paper's rows.
 pub(super) fn pushes(setup: &Setup) -> Option<Source> {
     (setup.branches > 0).then(|| {
         reporting(numbers(with_flags(with_bodies(setup, "pushes"))))
@@ -59,19 +59,20 @@ pub(super) fn pushes(setup: &Setup) -> Option<Source> {
     })
 }
 
-/// What the kernels of what contact does read.
+/// The inputs of the kernels for the effect of contact.
 pub(super) struct Effects<'a> {
     pub stages: Stages<'a>,
     pub motions: &'a Motions,
     pub narrow: &'a NarrowPhase,
     pub rows: &'a RowSet,
-    /// What the last solve was to reach, and the deepest overlap where the step's first rows were made.
+    /// The tolerance of the last solve, and the deepest overlap where the step's first rows were made.
     pub tolerance: f64,
     pub overlap: f64,
 }
 
 impl Effects<'_> {
-    /// Records what contact does on the way to the trial; in a second pass what does the most of it.
+    /// Records the effect of contact up to the trial. A second pass finds the body and the pair with the largest
+    /// effect.
     pub fn record(&self, record: &mut Recorder<'_>, pass_number: u32) {
         let (stages, motions, report) = (self.stages, self.motions, &self.narrow.report);
         let (shapes, trial) = (stages.states.end_shapes(), &stages.states.trial);
@@ -84,7 +85,7 @@ impl Effects<'_> {
         kernel.call(record, lists.pairs_count, pushes);
     }
 
-    /// What contact did on the way to a trial of which this was found.
+    /// The effect of contact up to a trial with this report.
     pub fn of_trial(&self, found: &Report) -> Result<Effect, GpuError> {
         let of = |bits: u32| f64::from(f32::from_bits(bits));
         let mut effect = Effect {

@@ -20,7 +20,7 @@ functions! {
 }
 
 impl Setup {
-    /// Whether first rows may be made where the last velocities lead.
+    /// Whether first rows may be made at positions extrapolated with the last velocities.
     pub fn leads_ahead(&self) -> bool {
         self.planar
             && self.branches > 0
@@ -31,33 +31,33 @@ impl Setup {
     }
 }
 
-/// Where first rows are made.
+/// The state where first rows are made.
 #[derive(Default)]
 pub(super) struct First {
-    /// Whether those of the start are made where the last velocities lead.
+    /// Whether the first rows at the start are made at extrapolated positions.
     pub ahead: bool,
-    /// The deepest overlap where they were made.
+    /// The deepest overlap in that state.
     pub overlap: f64,
 }
 
 impl First {
-    /// Whether first rows of a part are made where the last velocities lead.
+    /// Whether the first rows of a part are made at extrapolated positions.
     pub fn is_ahead(&self, part: Part) -> bool {
         self.ahead && part != Part::FromMiddle
     }
 
-    /// Where first rows of the present part are made.
+    /// The poses where the first rows of the present part are made.
     pub fn poses<'a>(&self, stages: Stages<'a>) -> &'a Poses {
         let Stages { setup, states, start, .. } = stages;
         states.first(start.part, self.is_ahead(start.part) || setup.strain.is_some())
     }
 
-    /// Whether bodies overlap so deeply ahead that normals there may point to the wrong side.
+    /// Whether bodies overlap so deeply at extrapolated positions that normals may point to the wrong side.
     pub fn is_led_astray(&self, setup: &Setup, part: Part, found: &Report) -> bool {
         self.is_ahead(part) && f64::from(f32::from_bits(found.worst)) > DEEPEST_AHEAD * setup.thinnest
     }
 
-    /// Records where first rows are made, and with which velocities bodies come there.
+    /// Records the poses where first rows are made, and the velocities that lead there.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Motions) {
         self.record_carried(stages, record, motions);
         let kernel = stages.kernels.branches.as_ref().and_then(|kernels| kernels.ahead.as_ref());
@@ -66,7 +66,7 @@ impl First {
         kernel.call(record, stages.start.bodies, AheadArgs { stages, start, motions, ahead });
     }
 
-    /// Records where the flow of a changing cell leads bodies.
+    /// Records the poses to which the flow of a changing cell leads bodies.
     fn record_carried(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Motions) {
         let Some(kernel) = &stages.kernels.carried else { return };
         let (start, ahead) = (stages.states.start(), self.poses(stages));

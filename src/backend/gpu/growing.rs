@@ -1,6 +1,6 @@
-//! Growth and division on the device. The host decides which bodies divide and draws the random turns, because lengths
-//! are prescribed and so known without a read-back. A kernel moves and turns the daughters. Only where pressure slows
-//! growth, the state is read back for this in each step.
+//! Growth and division on the device. The host decides which bodies divide and draws the random rotations: lengths are
+//! prescribed, so it needs no read-back. A kernel moves and rotates the daughters. Only if pressure slows growth, the
+//! state is read back in each step.
 
 use super::Setup;
 use super::ancestry::Ancestry;
@@ -27,15 +27,15 @@ kernels! {
     }
 }
 
-/// A source that knows shapes, and lengths that grow.
+/// A source with the functions for shapes and growing lengths.
 fn with_lengths(setup: &Setup, name: &str) -> Source {
     add_shapes_to(base(setup, name).real("LENGTH_PITCH", setup.length_pitch))
 }
 
-/// What the kernels of growth read that the host writes. The buffers are kept: new ones would make the device bind all
-/// its kernels anew.
+/// The inputs of the growth kernels, written by the host. The buffers are kept, because for new buffers the device
+/// would have to bind all its kernels again.
 pub(super) struct GrowthBuffers {
-    /// What each body grows by in a part of a step, as a part of its length.
+    /// The relative growth of each body in a part of a step.
     growths: Buffer,
     /// The divisions of a step.
     divisions: Buffer,
@@ -56,7 +56,7 @@ impl GrowthBuffers {
         Ok(made)
     }
 
-    /// Writes what bodies grow by whose rates have changed.
+    /// Writes the growth of bodies whose rates have changed.
     pub fn write_changed(&mut self, gpu: &Gpu, setup: &Setup, ancestry: &mut Ancestry) -> Result<(), GpuError> {
         let lost = self.growths.reserve(gpu, ancestry.growing.len() as u64)?;
         let real = setup.precision.bytes() as u64;
@@ -66,12 +66,12 @@ impl GrowthBuffers {
         Ok(())
     }
 
-    /// Records what the bodies grow by in a part of the step.
+    /// Records the growth of the bodies in a part of the step.
     pub fn record(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, shapes: &Shapes, bodies: u64) {
         kernels.grow.call(record, bodies, GrowArgs { bodies, shapes, own: self });
     }
 
-    /// Writes the divisions of a step: 12 numbers and two indices each.
+    /// Writes the divisions of a step: 12 numbers and two indices per division.
     fn write_divisions(
         &mut self,
         gpu: &Gpu,
@@ -89,7 +89,7 @@ impl GrowthBuffers {
 }
 
 impl Start {
-    /// The bodies of the step: those of the accepted state, of which some divide, grown over the first part.
+    /// Sets the bodies of the step: those of the accepted state, of which some divide, grown over the first part.
     pub(super) fn grow(
         &mut self,
         gpu: &Gpu,
@@ -113,7 +113,7 @@ impl Start {
         record.submit()
     }
 
-    /// Divides the bodies that are due, for the kernel. Returns how many these are.
+    /// Writes the divisions of the bodies in `due` for the kernel. Returns their number.
     fn divide(&mut self, gpu: &Gpu, setup: &Setup, due: &[usize], pressures: &[f64]) -> Result<u64, GpuError> {
         let Some(cells) = &setup.growth else { return Ok(0) };
         let mut numbers = Vec::with_capacity(12 * due.len());
@@ -139,7 +139,7 @@ impl Start {
         Ok(count)
     }
 
-    /// Records that mothers become two daughters.
+    /// Records the replacement of mothers by two daughters.
     fn record_divisions(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, states: &States, divisions: u64) {
         let (own, start, shapes) = (&self.growth, states.start(), states.end_shapes());
         kernels.divide.call(record, divisions, DivideArgs { divisions, own, start, shapes });

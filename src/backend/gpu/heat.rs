@@ -16,7 +16,7 @@ functions! {
     }
 }
 
-/// The kernel of random loads; none where the scene has no heat.
+/// The kernel of random loads; `None` for a scene without Brownian motion.
 pub(super) fn source(setup: &Setup) -> Option<Source> {
     let heat = setup.heat?;
     let [seed_low, seed_high] = draw::halves(heat.seed);
@@ -32,7 +32,7 @@ pub(super) fn source(setup: &Setup) -> Option<Source> {
         .include(fragment!("dynamics/draw.wgsl"));
     let source = match heat.dynamics {
         Dynamics::Overdamped { drag } => source.real("DRAG", drag).include(fragment!("dynamics/heat_overdamped.wgsl")),
-        // Without drag there is no random load; validation refuses such a scene.
+        // Without drag there are no random loads; validation rejects such a scene.
         Dynamics::Inertial { density, drag } => {
             damped(source, density, drag.unwrap_or(0.0)).include(fragment!("dynamics/heat_damped.wgsl"))
         }
@@ -40,21 +40,21 @@ pub(super) fn source(setup: &Setup) -> Option<Source> {
     Some(source.include(fragment!("dynamics/heat.wgsl")))
 }
 
-/// The ids of the bodies, which their random numbers belong to.
+/// The ids of the bodies, which select their random numbers.
 pub(super) struct Ids {
     buffer: Buffer,
-    /// What the buffer holds.
+    /// The contents of the buffer.
     written: Vec<[u32; 2]>,
 }
 
 impl Ids {
-    /// Those of a scene; none where it has no heat.
+    /// The buffer for a scene; `None` without Brownian motion.
     pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Option<Self>, GpuError> {
         let made = |_| Ok(Ids { buffer: Buffer::new(gpu, "ids", 8, 1)?, written: Vec::new() });
         setup.heat.map(made).transpose()
     }
 
-    /// Writes the ids of the present bodies where they have changed.
+    /// Writes the ids of the present bodies if they have changed.
     pub fn write(&mut self, gpu: &Gpu, lineage: &[Lineage]) -> Result<(), GpuError> {
         let words: Vec<[u32; 2]> = lineage.iter().map(|line| draw::halves(line.id)).collect();
         if words != self.written {
@@ -65,7 +65,7 @@ impl Ids {
         Ok(())
     }
 
-    /// Records the random loads of the step; where the host has written some (`adds`), beside those.
+    /// Records the random loads of the step. With `adds`, they are added to loads that the host has written.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, loads: &Buffer, adds: bool) {
         let Some(heat) = &stages.kernels.heat else { return };
         let [step_low, step_high] = draw::halves(stages.start.step);

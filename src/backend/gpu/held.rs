@@ -19,14 +19,14 @@ kernels! {
     }
 }
 
-/// Which of the bodies that a run starts with do not move. Those that are born move.
+/// Which of the initial bodies of a run do not move. Daughters always move.
 pub(super) struct Held {
     flags: Buffer,
     bodies: u64,
 }
 
 impl Held {
-    /// Of a flag for each body; none where there are no flags.
+    /// From one flag per body; `None` without flags.
     pub fn new(gpu: &Gpu, flags: &[bool]) -> Result<Option<Self>, GpuError> {
         if flags.is_empty() {
             return Ok(None);
@@ -36,7 +36,7 @@ impl Held {
         Ok(Some(Held { flags, bodies: words.len() as u64 }))
     }
 
-    /// Takes the flags of other bodies.
+    /// Writes new flags.
     pub fn write(&mut self, gpu: &Gpu, flags: &[bool]) -> Result<(), GpuError> {
         let words: Vec<u32> = flags.iter().map(|fixed| u32::from(*fixed)).collect();
         self.flags.reserve(gpu, words.len() as u64)?;
@@ -45,14 +45,14 @@ impl Held {
         Ok(())
     }
 
-    /// Records that fixed bodies have no motion.
+    /// Records that the motions of fixed bodies are set to zero.
     pub fn hold(&self, kernels: &Kernels, record: &mut Recorder<'_>, motions: &Motions) {
         let Some(kernels) = &kernels.held else { return };
         let (bodies, is_fixed) = (self.bodies, &self.flags);
         kernels.hold.call(record, bodies, HoldArgs { bodies, is_fixed, motions });
     }
 
-    /// Records that pairs of which neither part moves are far.
+    /// Records that pairs of two fixed parts are marked as far.
     pub fn ignore(&self, kernels: &Kernels, record: &mut Recorder<'_>, lists: &Lists) {
         let Some(kernels) = &kernels.held else { return };
         let (flagged, is_fixed) = (self.bodies, &self.flags);

@@ -11,19 +11,19 @@ use crate::walls::surface_of;
 use crate::warm::Warm;
 use std::sync::OnceLock;
 
-/// What is known of the last accepted state beside its poses and shapes.
+/// The host's copy of the last accepted state, except poses and shapes.
 pub(super) struct Accepted {
-    /// Steps taken.
+    /// The number of steps taken.
     pub step: u64,
     pub bodies: u64,
-    /// How many bodies each rule of removal has removed.
+    /// The number of bodies that each rule of removal has removed.
     pub removed: Vec<u64>,
-    /// All of it, where it is known.
+    /// The whole state, if it has been read.
     pub state: OnceLock<State>,
 }
 
 impl Accepted {
-    /// That of a state of which a device may know more.
+    /// From a state; the device may have additional digits.
     pub fn of(state: &State) -> Self {
         let (bodies, removed) = (state.bodies.len() as u64, state.removed.clone());
         Accepted { step: state.step, bodies, removed, state: OnceLock::new() }
@@ -31,13 +31,13 @@ impl Accepted {
 }
 
 impl Device {
-    /// The bodies of the present step in a state.
+    /// Reads the bodies of the present step in the given poses and shapes.
     pub(super) fn download(&self, poses: &Poses, shapes: &Shapes) -> Result<Bodies, GpuError> {
         let Ancestry { lineage, group, .. } = &self.start.ancestry;
         Ok(self.download_first(poses, shapes, (lineage.clone(), group.clone()))?.0)
     }
 
-    /// As many bodies of a state as have a lineage.
+    /// The first bodies of a state, as many as have a lineage.
     fn download_first(
         &self,
         poses: &Poses,
@@ -61,7 +61,7 @@ impl Device {
         Ok((bodies, read.unrounded))
     }
 
-    /// The state after the last accepted step, read where it is not known yet.
+    /// The state after the last accepted step; it is read back if necessary.
     pub(super) fn known_state(&self) -> Result<&State, GpuError> {
         let known = &self.accepted.state;
         if known.get().is_none() {
@@ -73,7 +73,7 @@ impl Device {
     fn read_state(&self) -> Result<State, GpuError> {
         let Accepted { step, bodies: count, removed, .. } = &self.accepted;
         let (lineage, group, next_id) = self.start.ancestry.accepted();
-        // The list of a step whose cells divided knows of pairs of bodies that were not born.
+        // The list of a step with divisions contains pairs of bodies that did not exist in the accepted state.
         let born = |body: u32| u64::from(body) < *count;
         let mut warm = self.remembered()?;
         warm.retain(|w| born(w.pair[0]) && (born(w.pair[1]) || surface_of(w.pair[1]).is_some()));
@@ -120,7 +120,7 @@ impl Keeper for Device {
         Ok(&self.known_state()?.bodies)
     }
 
-    /// They would have to be read.
+    /// `None`: the bodies would have to be read back.
     fn known_bodies(&self) -> Option<&Bodies> {
         None
     }

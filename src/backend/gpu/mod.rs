@@ -63,7 +63,7 @@ use trial::Trial;
 /// The GPU backend.
 pub struct Device {
     gpu: Arc<Gpu>,
-    /// For the CPU, which takes steps again that fail.
+    /// For the CPU, which repeats failed steps.
     model: Model,
     setup: Setup,
     kernels: Kernels,
@@ -80,10 +80,10 @@ pub struct Device {
 }
 
 impl Device {
-    /// Whether a device can do all that a scene asks for.
+    /// Whether the device supports everything in a scene.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for what only the CPU does.
+    /// [`GpuError::Unsupported`] for features that only the CPU has.
     pub fn check(model: &Model) -> Result<(), GpuError> {
         if !model.friction.is_none() {
             return Err(GpuError::Unsupported { what: "friction".into() });
@@ -100,7 +100,7 @@ impl Device {
     /// A backend for `model` in `state` on `gpu`.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for what only the CPU does, or what the device refuses.
+    /// [`GpuError::Unsupported`] for features that only the CPU has, or an error of the device.
     pub fn new(gpu: Arc<Gpu>, precision: Precision, model: &Model, mut state: State) -> Result<Self, GpuError> {
         gpu.check(precision)?;
         Device::check(model)?;
@@ -133,7 +133,7 @@ impl Device {
         })
     }
 
-    /// Searches for candidate pairs so far.
+    /// The number of searches for candidate pairs so far.
     pub fn searches(&self) -> u64 {
         self.narrow.candidates.searches
     }
@@ -143,7 +143,7 @@ impl Device {
         Stages { gpu, setup, kernels, states, start }
     }
 
-    /// What contact does on the way to the trial.
+    /// The effect of contact up to the trial.
     fn effects(&self) -> Effects<'_> {
         let Device { motions, first, narrow, rows, solve, .. } = self;
         let (tolerance, overlap) = (solve.tolerance(), first.overlap);

@@ -28,22 +28,22 @@ functions! {
     }
 }
 
-/// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each
-/// rounded. Bodies that this lets through may be near at another image than the nearest by as much, but overlap at
-/// none: scenes whose bodies are that long are refused on reading.
+/// The relative rounding error of a body's reach, in roundings, allowed in the comparison with half a period: the reach
+/// is the sum of a radius, half the cutoff and two products, each rounded. An image other than the nearest may then be
+/// near by as much, but it cannot overlap: scenes with bodies of that length are rejected when they are read.
 const ROUNDINGS: f64 = 8.0;
 
 /// Loads, free velocities and mobilities, by body.
 pub(super) struct Motions {
-    /// Forces of a library's user, computed on the host.
+    /// User-defined forces of the library, computed on the host.
     pub plugged: Vec<Box<dyn ForceField>>,
-    /// Whether the kernel of forces reads the loads that the host and other kernels make.
+    /// Whether the kernel of forces reads loads from the host and from other kernels.
     pub takes_loads: bool,
     pub loads: Buffer,
     pub motions: Buffer,
-    /// Around the bodies where first rows are made.
+    /// The boxes of the bodies in the state where first rows are made.
     pub boxes: Buffer,
-    /// The bodies' ids, where there is Brownian motion.
+    /// The bodies' ids, in scenes with Brownian motion.
     pub ids: Option<Ids>,
     pub bonds: Option<BondBuffers>,
 }
@@ -64,7 +64,7 @@ impl Motions {
         })
     }
 
-    /// Writes the forces of a library's user, from the bodies where the present part begins.
+    /// Writes user-defined forces, computed from the bodies at the beginning of the present part.
     pub fn write_loads(&mut self, gpu: &Gpu, setup: &Setup, start: &Start, bodies: &Bodies) -> Result<(), Fault> {
         let (time, span) = (start.time_of_loads(setup), start.span(setup));
         let acting = self.plugged.iter().map(|force| (force, force.share(span)));
@@ -86,7 +86,7 @@ impl Motions {
         Ok(())
     }
 
-    /// Makes room for the bodies of the step, and writes which ids and bonds they have.
+    /// Reserves memory for the bodies of the step, and writes their ids and bonds.
     pub fn write(&mut self, gpu: &Gpu, setup: &Setup, start: &Start) -> Result<(), GpuError> {
         if let Some(ids) = &mut self.ids {
             self.loads.reserve(gpu, start.bodies)?;
@@ -99,15 +99,15 @@ impl Motions {
         Ok(())
     }
 
-    /// Makes room for the motions of the bodies of the step.
+    /// Reserves memory for the motions of the bodies of the step.
     pub fn reserve(&mut self, gpu: &Gpu, bodies: u64) -> Result<(), GpuError> {
         self.motions.reserve(gpu, bodies)?;
         self.boxes.reserve(gpu, bodies)?;
         Ok(())
     }
 
-    /// Records forces, free velocities and mobilities where the present part begins, where `first` rows are made, and
-    /// the boxes there.
+    /// Records forces, free velocities and mobilities at the beginning of the present part, the state of the first
+    /// rows, and the boxes there.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, first: &First) {
         let Stages { kernels, start, .. } = stages;
         let (bodies, in_middle) = (start.bodies, start.part == Part::FromMiddle);
@@ -133,8 +133,9 @@ impl Motions {
         kernels.boxes.call(record, bodies, BodyBoxesArgs { stages, first, shapes, motions });
     }
 
-    /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images
-    /// than the nearest could come near. A box's fourth number is the radius, half the cutoff and that way.
+    /// Rejects bodies whose reach or free motion in this step is too large for the shortest period, so that images
+    /// other than the nearest could come near. The fourth number of a box is the radius, plus half the cutoff, plus the
+    /// distance moved.
     pub fn check_periods(&self, Stages { gpu, setup, start, .. }: Stages<'_>, report: &Report) -> Result<(), Fault> {
         let Some(period) = start.periods.shortest() else { return Ok(()) };
         let precision = setup.precision;
@@ -154,7 +155,7 @@ impl Motions {
         }
     }
 
-    /// The velocities that lead from the start to the trial.
+    /// The velocities from the start to the trial.
     pub fn trial_twists(&self, Stages { gpu, setup, start, .. }: Stages<'_>) -> Result<Vec<Twist>, GpuError> {
         let bytes = start.bodies * self.motions.element() as u64;
         let read = gpu.record().read(&[(&self.motions, 0..bytes)])?;

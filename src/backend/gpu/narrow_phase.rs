@@ -21,7 +21,7 @@ functions! {
     pub(super) Overlaps = struct OverlapsArgs<'a> { pass_number: u64, lists: &'a Lists, report: &'a Buffer }
 }
 
-/// What the host reads of a stage: `Report` of `shaders/step/report.wgsl`.
+/// The data that the host reads of a stage: `Report` of `shaders/step/report.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Report {
@@ -44,7 +44,7 @@ pub struct Report {
     pub(super) push_pair: u32,
     pub(super) apart: u32,
     pub(super) thrown: u32,
-    /// Its bytes must divide the places of an ensemble's buffer.
+    /// The size of the struct must divide the offsets in an ensemble's buffer.
     padding: u32,
 }
 
@@ -66,7 +66,7 @@ impl Report {
     }
 }
 
-/// The candidate pairs and what is read of their separations.
+/// The candidate pairs, and the results of their separations that the host reads.
 pub(super) struct NarrowPhase {
     pub candidates: Candidates,
     pub report: Buffer,
@@ -82,7 +82,7 @@ impl NarrowPhase {
         })
     }
 
-    /// Records a blank report, and in it whether the list of candidates is complete where the boxes are.
+    /// Records the reset of the report, and the check whether the list of candidates is complete for the boxes.
     fn record_look(
         &mut self,
         stages: Stages<'_>,
@@ -94,8 +94,8 @@ impl NarrowPhase {
         candidates.inside(stages.gpu, stages.kernels, record, (first, boxes, report), stages.start.bodies)
     }
 
-    /// Records the separations of all pairs in some poses; at the trial those that overlap by at least `violating` are
-    /// violations.
+    /// Records the separations of all pairs in the given poses. At the trial, pairs that overlap by at least
+    /// `violating` are violations.
     fn record_separations(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, (at_trial, violating): (bool, f64)) {
         let RowInputs { stages: Stages { kernels, start, .. }, lists, .. } = made;
         let (pairs, violating, report) = (lists.body_pairs, violating as f32, &self.report);
@@ -110,10 +110,10 @@ impl NarrowPhase {
         }
     }
 
-    /// Records the deepest overlap, at the trial also which pair it is of.
+    /// Records the deepest overlap, and at the trial also its pair.
     fn record_overlap(&self, Stages { setup, kernels, .. }: Stages<'_>, record: &mut Recorder<'_>, at_trial: bool) {
         let (lists, pairs) = (&self.candidates.lists, self.candidates.lists.pairs_count);
-        // Where first rows are made the deepest overlap alone is asked for.
+        // Where first rows are made, only the deepest overlap is needed.
         let passes = if at_trial { 3 } else { usize::from(setup.branches > 0) };
         for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)].into_iter().take(passes) {
             let searched = OverlapsArgs { pass_number: pass, lists, report: &self.report };
@@ -123,8 +123,8 @@ impl NarrowPhase {
 }
 
 impl Device {
-    /// The separations at the start, in the middle or at the trial, with a list of candidates that is complete for it,
-    /// and how many rows there will be. `prepared` is what was recorded to be done before.
+    /// The separations at the start, in the middle or at the trial, with a complete list of candidates, and the number
+    /// of rows that follow. `prepared` is the work recorded before.
     pub(super) fn separate(&mut self, prepared: Recorder<'_>, at_trial: bool) -> Result<Report, Fault> {
         let gpu = self.gpu.clone();
         let mut prepared = Some(prepared);
@@ -177,13 +177,13 @@ impl Device {
         let largest = f64::from(f32::from_bits(report.largest));
         let Device { gpu, setup, kernels, states, start, motions, first, narrow, rows, .. } = &mut *self;
         let stages = Stages { gpu, setup, kernels, states, start };
-        // In the middle the rows of the first half say what its end's rows start from.
+        // In the middle, the rows of the whole step start from the multipliers of the first half's rows.
         let rows = (at_trial || start.part == Part::FromMiddle).then_some(rows);
         let boxes = (first.poses(stages), states.end_shapes(), &motions.boxes, largest);
         narrow.candidates.search(gpu, setup, kernels, boxes, start.bodies, rows)?;
         let spent = begun.elapsed();
         self.phases.broad_phase += spent;
-        // The caller counts all its time as narrow phase.
+        // The caller counts this call as narrow phase, so the time counted elsewhere is subtracted.
         self.phases.narrow_phase = self.phases.narrow_phase.saturating_sub(spent);
         Ok(())
     }

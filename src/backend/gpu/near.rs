@@ -17,22 +17,22 @@ functions! {
 }
 
 arguments! {
-    /// What rows are made from.
+    /// The inputs from which rows are made.
     #[derive(Clone, Copy)]
     pub(super) struct RowInputs<'a> {
         lists: &'a Lists,
         motions: &'a Motions,
-        /// Where the bodies are and what they are there.
+        /// The poses and shapes of the bodies.
         poses: &'a Poses,
         shapes: &'a Shapes,
         stages: Stages<'a>,
-        /// Whether they are first rows made ahead of the step's start.
+        /// Whether these are first rows made at extrapolated positions.
         ahead: bool,
     }
 }
 
 impl<'a> RowInputs<'a> {
-    /// Those of the trial, or of where first rows are made.
+    /// The inputs at the trial, or in the state where first rows are made.
     pub fn of(stages: Stages<'a>, first: &First, lists: &'a Lists, motions: &'a Motions, at_trial: bool) -> Self {
         let (poses, shapes) = match at_trial {
             true => (&stages.states.trial, stages.states.end_shapes()),
@@ -42,17 +42,17 @@ impl<'a> RowInputs<'a> {
         RowInputs { lists, motions, poses, shapes, stages, ahead }
     }
 
-    /// The part of the step that they are rows of.
+    /// The part of the step to which the rows belong.
     pub fn part(&self) -> Part {
         self.stages.start.part
     }
 
-    /// How many pairs there are.
+    /// The number of pairs.
     pub fn pairs(&self) -> u64 {
         self.lists.pairs_count
     }
 
-    /// Records that separations found in the middle become those with the lengths at the step's end.
+    /// Records the conversion of separations in the middle to the lengths at the step's end.
     pub fn record_stretch(&self, record: &mut Recorder<'_>) {
         let Some(MidpointKernels { stretch: Some(stretch), .. }) = &self.stages.kernels.midpoint else { return };
         if self.part() != Part::FromMiddle {
@@ -65,7 +65,7 @@ impl<'a> RowInputs<'a> {
 }
 
 impl Device {
-    /// The rows, and what they are made from: at the trial, or where first rows are made.
+    /// The rows and their inputs: at the trial, or in the state where first rows are made.
     pub(super) fn row_inputs(&mut self, at_trial: bool) -> (&mut RowSet, RowInputs<'_>) {
         let Device { gpu, setup, kernels, states, start, motions, first, narrow, rows, .. } = self;
         let stages = Stages { gpu, setup, kernels, states, start };

@@ -22,12 +22,12 @@ functions! {
 }
 
 impl NarrowPhase {
-    /// Whether two bodies may have passed: a candidate pair that moves far enough against each other, or any other two
-    /// where bodies leave their stored boxes on the way from the poses `from`.
+    /// Whether two bodies may have tunnelled: the bodies of a candidate pair with a large enough relative motion, or
+    /// any two bodies if some leave their stored boxes on the path from the poses `from`.
     ///
-    /// Stored boxes hold the bodies at the trial, and those of two bodies that are no candidate pair are disjoint. A
-    /// body starts outside its box by at most `strayed`, and by its turn comes outside by at most `turned` more. Two
-    /// such bodies overlap by at most twice the sum, which must reach `DEEPER` of a thickness.
+    /// Stored boxes contain the bodies at the trial, and the stored boxes of two bodies that are not a candidate pair
+    /// are disjoint. A body starts outside its box by at most `strayed`, and its rotation adds at most `turned`. Two
+    /// such bodies overlap by at most twice the sum; tunnelling needs `DEEPER` of a thickness.
     pub fn some_may_pass(
         &self,
         stages: Stages<'_>,
@@ -40,7 +40,7 @@ impl NarrowPhase {
         let (lists, stored) = (&self.candidates.lists, &self.candidates.stored);
         let mut record = stages.gpu.record();
         record.stage("narrow phase");
-        // Nothing has written these words since the report was made blank.
+        // No kernel has written these words since the report was reset.
         kernels.stray.call(&mut record, bodies, StrayArgs { stages, from, shapes, stored, report });
         let (pairs, periods, start) = (lists.body_pairs, start.periods_here, states.start());
         let passing = PassingArgs { pairs, periods, stages, lists, start, shapes, motions, report };
@@ -48,7 +48,7 @@ impl NarrowPhase {
         let read = record.read(&[(&self.report, 0..Report::BYTES)])?;
         let report: Report = bytemuck::pod_read_unaligned(&read[0]);
         let left = f64::from(f32::from_bits(report.strayed)) + turned;
-        // What is not a number may be anything.
+        // A value that is not a number counts as a possible passage.
         let inside = 2.0 * left < DEEPER * setup.thinnest;
         Ok(report.passing > 0 || !inside)
     }

@@ -1,4 +1,4 @@
-//! Read-backs of the rows, for kept LCPs, diagnosis and tests.
+//! Read-backs of the rows, for stored LCPs, diagnosis and tests.
 
 use super::Device;
 use crate::constraint::FEATURE_OF_SURFACES;
@@ -8,11 +8,11 @@ use crate::lcp::Problem;
 use crate::separation::branches::branch_in_place;
 
 impl Device {
-    /// The present LCP and its multipliers, read back for diagnosis and tests. The rows stand sorted by pair in the
+    /// The present LCP and its multipliers, read back for diagnosis and tests. The rows are sorted by pair in the
     /// device's order.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// An error of the device.
     ///
     /// # Panics
     /// If `D` is not the scene's number of unknowns.
@@ -39,11 +39,11 @@ impl Device {
         Ok((Problem { bodies, pair, jacobian, q, ..Problem::default() }, gamma))
     }
 
-    /// Which of its pair's contacts each row is of, read back for tests; places at surfaces, and rows that are not by
-    /// branches, have zero.
+    /// The contact of its pair to which each row belongs, read back for tests; zero for places at surfaces and for rows
+    /// that are not by branches.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// An error of the device.
     pub fn features(&self) -> Result<Vec<u32>, GpuError> {
         match &self.rows.branches {
             Some(branches) => {
@@ -57,7 +57,7 @@ impl Device {
     /// Each body's rows, `2 row + side`, read back for tests.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// An error of the device.
     pub fn incidence(&self) -> Result<Vec<Vec<u32>>, GpuError> {
         let problem = &self.rows.problem;
         let read = self.gpu.record().read(&[

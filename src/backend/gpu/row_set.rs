@@ -37,19 +37,19 @@ functions! {
     pub(super) IncidenceFill = struct IncidenceFillArgs<'a> { made: RowInputs<'a>, problem: &'a DeviceProblem }
 }
 
-/// The rows and what their moves need.
+/// The rows, and the buffers for moving them.
 pub(super) struct RowSet {
     pub problem: DeviceProblem,
     spare_pair: Buffer,
     spare_jacobian: Buffer,
     spare_q: Buffer,
     spare_gamma: Buffer,
-    /// Where rows are by branches.
+    /// Only with rows by branches.
     pub branches: Option<Branches>,
-    /// With the paper's rows, where steps have a middle: one for each row that was made there from a near pair, zero
-    /// for the others; and a spare.
+    /// With the paper's rows and midpoint steps: one for each row that was made in the middle from a near pair, zero
+    /// for the others; and a spare buffer.
     is_first: Option<[Buffer; 2]>,
-    /// Where each pair's rows will begin, and how many there will be.
+    /// The next start of each pair's rows, and their total number.
     pub next_start: Buffer,
     pub next: u64,
     pub counts: Buffer,
@@ -94,8 +94,8 @@ impl RowSet {
         })
     }
 
-    /// Counts the rows that pairs will have with one more for each flag of at least `threshold`, or for each branch
-    /// that is chosen, beside those there are.
+    /// Counts the rows of pairs: the existing ones, and one more for each flag of at least `threshold`, or for each
+    /// chosen branch.
     pub fn count(
         &mut self,
         record: &mut Recorder<'_>,
@@ -115,10 +115,10 @@ impl RowSet {
         self.scan.exclusive(record, &self.counts, &self.next_start, pairs)
     }
 
-    /// The first rows of a part of the step, for which [`RowSet::count`] found room.
+    /// Makes the first rows of a part of the step, which [`RowSet::count`] has counted.
     pub fn begin(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
         made.record_stretch(record);
-        // Rows by branches have read the multipliers of the first half by then.
+        // Rows by branches have already read the multipliers of the first half.
         let middle = made.stages.kernels.midpoint.as_ref().and_then(|kernels| kernels.rows.as_ref());
         match middle.filter(|_| made.part() == Part::FromMiddle) {
             Some(kernels) => self.begin_again(kernels, record, made),
@@ -139,7 +139,7 @@ impl RowSet {
         Ok(())
     }
 
-    /// The first rows of the whole step in the place of those of its first half, from whose multipliers they start.
+    /// Replaces the rows of the first half by the first rows of the whole step, which start from their multipliers.
     fn begin_again(
         &mut self,
         kernels: &MiddleRowKernels,
@@ -150,14 +150,14 @@ impl RowSet {
         self.make_first(record, made)?;
         let Some([is_first, _]) = &mut self.is_first else { return Ok(()) };
         is_first.reserve(made.stages.gpu, self.next)?;
-        // The old rows' starts and multipliers are the spare ones now.
+        // The starts and multipliers of the old rows are now in the spare buffers.
         let (old_start, old_gamma, problem) = (&self.next_start, &self.spare_gamma, &self.problem);
         kernels.recall.call(record, made.pairs(), RecallArgs { made, old_start, old_gamma, problem, is_first });
         Ok(())
     }
 
-    /// Moves the offsets of rows to the violations of the trial, and finds room for the rows of those that have none to
-    /// be moved.
+    /// Moves the offsets of rows to the violations of the trial, and counts the rows of violations without a row to
+    /// move.
     pub fn tighten(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
         self.tighten_branches(record, made)?;
         self.tighten_pairs(record, made);
@@ -168,17 +168,17 @@ impl RowSet {
         Ok(())
     }
 
-    /// The same of the paper's rows in the middle of a step: their violations are none any longer.
+    /// The same for the paper's rows in the middle of a step: their pairs are no longer violations.
     fn tighten_pairs(&self, record: &mut Recorder<'_>, made: RowInputs<'_>) {
         let kernels = made.stages.kernels.midpoint.as_ref().and_then(|kernels| kernels.rows.as_ref());
         let (Some([is_first, _]), Some(kernels)) = (&self.is_first, kernels) else { return };
         kernels.tighten.call(record, made.pairs(), TightenArgs { made, problem: &self.problem, is_first });
     }
 
-    /// One more row for every violating pair, for which [`RowSet::count`] found room.
+    /// Makes one more row for every violating pair, which [`RowSet::count`] has counted.
     pub fn extend(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
         let Stages { gpu, kernels, .. } = made.stages;
-        // Rows keep their pairs, so there is no map from old pairs to new ones.
+        // Rows keep their pairs, so no map from old pairs to new ones is needed.
         self.move_all(gpu, kernels, record, (made.pairs(), None), self.next)?;
         if self.branches.is_some() {
             return self.append_branches(record, made, false);
@@ -187,8 +187,8 @@ impl RowSet {
         Ok(())
     }
 
-    /// Takes all rows whose pair is there over to a new list of pairs: `old_pair` says which pair of the old list each
-    /// was, and `counts` how many rows it has.
+    /// Moves all rows whose pair is in a new list of pairs to that list: `old_pair` has the index of each pair in the
+    /// old list, and `counts` its number of rows.
     pub fn carry(
         &mut self,
         gpu: &Gpu,
@@ -203,7 +203,7 @@ impl RowSet {
         self.move_all(gpu, kernels, record, (pairs, Some(old_pair)), rows)
     }
 
-    /// Which rows each body takes part in.
+    /// Records the list of rows of each body.
     pub fn incidence(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
         let Stages { gpu, kernels, start, .. } = made.stages;
         let bodies = start.bodies;
@@ -237,11 +237,11 @@ impl RowSet {
         self.targets.reserve(gpu, old_rows)?;
         let problem = &mut self.problem;
         if old_pair.is_some() {
-            // In the middle of a step pairs that had rows may be far apart and in no list any more.
+            // In the middle of a step, pairs with rows may be far apart and no longer in the list.
             record.clear(&self.targets, 0..4 * old_rows);
         }
         let (targets, mapped) = (&self.targets, old_pair.is_some());
-        // Without a map the kernel does not look at it.
+        // Without a map the kernel does not read this buffer.
         let old_pair = old_pair.unwrap_or(&self.counts);
         let (old_start, new_start) = (&problem.block_start, &self.next_start);
         kernels.target.call(record, pairs, TargetArgs { pairs, mapped, old_start, new_start, old_pair, targets });
@@ -257,7 +257,7 @@ impl RowSet {
             std::mem::swap(from, to);
         }
         if let Some([from, to]) = &mut self.is_first {
-            // New rows are not first ones.
+            // New rows are not marked as first rows.
             from.reserve_and_keep(gpu, record, old_rows)?;
             to.reserve(gpu, rows)?;
             record.clear(to, 0..rows * to.element() as u64);

@@ -8,23 +8,23 @@ use crate::shape::Shape;
 use crate::step::{Model, Rows, Stepping, Time};
 use crate::walls::Walls;
 
-/// Steps of a growing length: a length's coarse part is a multiple of the longest length over this, which a float holds
-/// exactly.
+/// The resolution of growing lengths: the coarse part of a length is a multiple of the longest length over this, which
+/// a float holds exactly.
 const LENGTHS: f64 = 1_048_576.0;
 
-/// What a scene means to its kernels.
+/// The properties of a scene that its kernels need.
 pub(crate) struct Setup {
     pub precision: Precision,
     pub planar: bool,
     pub lattice: Lattice,
-    /// Where the scene starts.
+    /// The periods at the start.
     pub periods: Periods,
     pub lattice_periods: LatticePeriods,
     pub dt: f64,
     pub time: Time,
-    /// Whether a step has a middle.
+    /// Whether steps are midpoint steps.
     pub midpoint: bool,
-    /// How many branches a pair has that may get a row; zero with the paper's rows.
+    /// The number of branches of a pair that may get a row; zero with the paper's rows.
     pub branches: u32,
     pub cutoff: f64,
     pub dynamics: Dynamics,
@@ -37,22 +37,22 @@ pub(crate) struct Setup {
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
-    /// The least thickness of a body.
+    /// The smallest thickness of a body.
     pub thinnest: f64,
     pub walls: Walls,
-    /// What an overlap is taken to be off by: violations begin that much earlier, and overlaps are reported that much
-    /// larger, so that the tolerance holds in exact arithmetic.
+    /// The error assumed for overlaps: violations begin at an overlap smaller by this, and reported overlaps are larger
+    /// by this, so that the tolerance holds in exact arithmetic.
     pub rounding: f64,
     /// Whether bodies may be fixed.
     pub fixed: bool,
 }
 
-/// What overlaps are off by in 32 bits, in lengths of the longest body, and the part of the tolerance that it is taken
-/// for at most. In a colony of 4,096 rods up to 4 long, overlaps of up to 1e-5 were off by 2.7e-8, half of this.
+/// The error of overlaps in 32 bits, as a fraction of the longest body's length, and its largest fraction of the
+/// tolerance. In a colony of 4,096 rods up to 4 long, overlaps of up to 1e-5 had errors of 2.7e-8, half of this.
 const ROUNDING_OF_OVERLAPS: f64 = 1.0 / (1 << 26) as f64;
 const MOST_ROUNDING: f64 = 0.05;
 
-/// The greatest length of a growing body, now or where it divides.
+/// The largest length of a growing body, now or at its division.
 fn longest(model: &Model, shapes: &[Shape]) -> f64 {
     let growing = || shapes.iter().filter_map(Shape::growing_length);
     let (start, thickest) = (growing().fold(0.0, f64::max), shapes.iter().map(Shape::thickness).fold(0.0, f64::max));
@@ -62,11 +62,10 @@ fn longest(model: &Model, shapes: &[Shape]) -> f64 {
 }
 
 impl Setup {
-    /// The scene's, for bodies of these shapes.
+    /// The setup of a scene with bodies of these shapes.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] where a shape is a custom one, or the bodies are too thin or too thick for 32-bit
-    /// floats.
+    /// [`GpuError::Unsupported`] for custom shapes, and for bodies that are too thin or too thick for 32-bit floats.
     pub fn new(model: &Model, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
         if let Some(shape) = shapes.iter().find(|shape| shape.tag().constant().is_none()) {
             return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
@@ -74,7 +73,7 @@ impl Setup {
         let thinnest = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let longest = longest(model, shapes);
         let periods = model.periods;
-        // Without bodies any lattice will do that has room for the periods.
+        // Without bodies, any lattice that can hold the periods is suitable.
         let none = periods.shortest().map_or(1.0, |period| 0.5 * period);
         let lattice = Lattice::for_thickness(if thinnest.is_finite() { thinnest } else { none })?;
         let largest = shapes.iter().map(|shape| 2.0 * shape.bounding_radius()).fold(longest, f64::max);
@@ -113,8 +112,8 @@ impl Setup {
         })
     }
 
-    /// Vectors of a body's motion: with inertia the rotational mobility is a matrix, and there is an angular momentum;
-    /// with drag beside it also the impulse that is still to come after a move.
+    /// Vectors per motion of a body. With inertia, the rotational mobility is a matrix, and an angular momentum is
+    /// added; with drag and inertia, also the impulse that follows a move.
     pub fn motion_width(&self) -> u32 {
         match (self.inertia(), self.is_damped()) {
             (false, _) => 4,
@@ -123,7 +122,7 @@ impl Setup {
         }
     }
 
-    /// Whether kernels of its own make loads beside those of the forces.
+    /// Whether kernels other than that of the forces make loads.
     pub fn makes_loads(&self) -> bool {
         self.heat.is_some() || !self.bonds.is_empty()
     }
@@ -133,12 +132,12 @@ impl Setup {
         self.strain.and_then(|strain| strain.shear())
     }
 
-    /// That of a cell whose lengths change.
+    /// The strain of a cell whose lengths change.
     pub fn strained(&self) -> Option<Strain> {
         self.strain.filter(|strain| strain.shear().is_none())
     }
 
-    /// Whether drag slows bodies beside inertia.
+    /// Whether bodies have drag and inertia.
     pub fn is_damped(&self) -> bool {
         self.dynamics.drag_beside_inertia().is_some()
     }
@@ -148,8 +147,8 @@ impl Setup {
         self.dynamics.has_inertia()
     }
 
-    /// Whether states hold angular momenta instead of angular velocities: in f32, where rounding would change momenta.
-    /// A body that grows keeps its velocity, not its momentum, and in the plane both are one.
+    /// Whether states store angular momenta instead of angular velocities: in f32, where rounding would change momenta.
+    /// A body that grows keeps its velocity, not its momentum; in the plane the two are equivalent.
     pub fn keeps_momentum(&self) -> bool {
         self.inertia() && !self.planar && self.precision == Precision::F32 && self.growth.is_none()
     }

@@ -15,7 +15,7 @@ pub(super) struct Solve {
 }
 
 impl Solve {
-    /// A scene's, for this many bodies.
+    /// The solver of a scene with this many bodies.
     pub fn new(gpu: &Gpu, setup: &Setup, model: &Model, bodies: u64) -> Result<Self, GpuError> {
         let solver = Solver::new(gpu, setup.precision, setup.planar, model.solver, model.lcp)?;
         let mut solve = Solve { solver };
@@ -23,13 +23,13 @@ impl Solve {
         Ok(solve)
     }
 
-    /// Compiles the kernels for this many bodies, where that is not done yet. All other kernels are compiled when the
-    /// backend is made.
+    /// Compiles the kernels for this many bodies, unless this was done before. All other kernels are compiled with the
+    /// backend.
     pub fn compile(&mut self, gpu: &Gpu, bodies: u64) -> Result<(), GpuError> {
         self.solver.compile(gpu, bodies)
     }
 
-    /// What the last solve was to reach, a length.
+    /// The tolerance of the last solve, a length.
     pub fn tolerance(&self) -> f64 {
         self.solver.settings().tolerance
     }

@@ -30,13 +30,13 @@ use crate::shape::gpu::add_shapes_to;
 use crate::step::DEEPER;
 use crate::walls::AtSurface;
 
-/// Flags of a pair's contact: apart, within the limit, and overlapping by more than is tolerated. Kernels have them in
-/// the last number of three vectors, so that they are constants of type `real` there ([`with_flags`]).
+/// Flags of a pair's contact: apart, within the limit, and overlapping by more than the tolerance. Kernels store them
+/// as the last number of three vectors, so they are constants of type `real` there ([`with_flags`]).
 const FAR: u32 = 0;
 pub(super) const NEAR: u32 = 1;
 pub(super) const VIOLATING: u32 = 2;
 
-/// [`LAST_STEP`] in 32-bit floats: the next of Newton's steps is its square, below a rounding.
+/// [`LAST_STEP`] in 32-bit floats: Newton's next step is its square, which is below rounding.
 const LAST_STEP_F32: f64 = 2e-4;
 
 /// A source with the constants of the scene.
@@ -60,7 +60,7 @@ pub(super) fn with_flags(source: Source) -> Source {
     flags.into_iter().fold(source, |source, (name, flag)| source.real(name, f64::from(flag)))
 }
 
-/// The same with shapes as separations know them.
+/// The same with the shapes of bodies for separations.
 pub(super) fn with_bodies(setup: &Setup, name: &str) -> Source {
     placed(base(setup, name))
 }
@@ -70,7 +70,7 @@ pub(super) fn of_pairs(setup: &Setup, name: &str) -> Source {
     placed(between(setup, name))
 }
 
-/// A source whose differences of places lead to the nearest image in periodic space.
+/// A source whose position differences are to the nearest image in periodic space.
 pub(super) fn between(setup: &Setup, name: &str) -> Source {
     constants(setup, setup.lattice_periods.define(Source::new(name, setup.precision)))
 }
@@ -79,7 +79,7 @@ fn placed(source: Source) -> Source {
     separation::gpu::add_bodies_to(source).include(fragment!("separation/placed.wgsl"))
 }
 
-/// Adds how a body turns without torque.
+/// Adds the rotation of a body without torque.
 pub(super) fn spinning(setup: &Setup, source: Source) -> Source {
     let last_step = match setup.precision {
         Precision::F32 => LAST_STEP_F32,
@@ -119,7 +119,7 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
     source.include(fragment!("dynamics/axis.wgsl")).include(fragment!("dynamics/motion.wgsl"))
 }
 
-/// Moves the rows of an array whose elements are of this WGSL type.
+/// Moves the rows of an array with elements of this WGSL type.
 pub(super) fn moved(setup: &Setup, name: &str, element: &str, per_row: u32) -> Source {
     base(setup, name)
         .text(&format!("alias Element = {element};\n"))
@@ -137,7 +137,7 @@ kernels! {
         store: Store = base(setup, "store").include(fragment!("broad_phase/store.wgsl")),
         trial: TrialMove = with_factor(setup, "trial").include(fragment!("dynamics/trial.wgsl")),
         accept: Accept = base(setup, "accept").include(fragment!("dynamics/accept.wgsl")),
-        /// One for each pair of families that the scene's shapes make.
+        /// One kernel for each pair of families that the scene's shapes can form.
         narrow: Vec<Narrow> = narrow_sources(setup),
         overlap: Overlaps =
             reporting(with_flags(base(setup, "overlap"))).include(fragment!("step/overlap.wgsl")),
@@ -153,29 +153,29 @@ kernels! {
         incidence_fill: IncidenceFill = base(setup, "incidence fill").include(fragment!("constraint/incidence_fill.wgsl")),
         find: FindOld = numbers(base(setup, "find")).include(fragment!("constraint/find.wgsl")),
         carry: Carry = base(setup, "carry").include(fragment!("constraint/carry.wgsl")),
-        /// Where bodies have inertia, in the place of `accept`.
+        /// With inertia, instead of `accept`.
         arrive: Option<Arrive> =
             setup.inertia().then(|| match damping(setup) {
                 Some(source) => source("arrive").include(fragment!("dynamics/damped_arrive.wgsl")),
                 None => turned(setup, "arrive").include(fragment!("dynamics/arrive.wgsl")),
             }),
-        /// Where bodies grow.
+        /// In scenes with growth.
         growth: Option<GrowthKernels> = setup.growth.is_some().then_some(setup),
-        /// Where the scene has walls.
+        /// In scenes with walls.
         walls: Option<WallKernels> = (!setup.walls.is_empty()).then_some(setup),
-        /// Where steps have a middle.
+        /// With midpoint steps.
         midpoint: Option<MidpointKernels> = setup.midpoint.then_some(setup),
-        /// Where bodies have bonds.
+        /// In scenes with bonds.
         bonds: Option<BondKernels> = (!setup.bonds.is_empty()).then_some(setup),
-        /// Where a cell changes.
+        /// In scenes with a changing cell.
         carried: Option<Carried> = setup.strain.map(|_| sheared::carried(setup)),
-        /// Where there is Brownian motion.
+        /// In scenes with Brownian motion.
         heat: Option<RandomLoads> = heat::source(setup),
-        /// Where bodies are fixed.
+        /// In scenes with fixed bodies.
         held: Option<HeldKernels> = setup.fixed.then_some(setup),
-        /// Where pairs have the paper's rows.
+        /// With the paper's rows.
         paper: Option<PaperKernels> = (setup.branches == 0).then_some(setup),
-        /// Where rows are by branches.
+        /// With rows by branches.
         branches: Option<BranchKernels> = (setup.branches > 0).then_some(setup),
     }
 }
@@ -183,15 +183,15 @@ kernels! {
 kernels! {
     /// The kernels of the middle of a step.
     pub(super) struct MidpointKernels for setup: &Setup {
-        /// Where pairs have the paper's rows.
+        /// With the paper's rows.
         rows: Option<MiddleRowKernels> = (setup.branches == 0).then_some(setup),
-        /// The motion over the step, where bodies have inertia.
+        /// The motion over the step, with inertia.
         middle: Option<MiddleMotion> =
             setup.inertia().then(|| match damping(setup) {
                 Some(source) => source("middle").include(fragment!("dynamics/damped_middle.wgsl")),
                 None => turned(setup, "middle").include(fragment!("dynamics/middle.wgsl")),
             }),
-        /// The separations at later lengths, where bodies grow and pairs have the paper's rows.
+        /// The separations at later lengths, in scenes with growth and the paper's rows.
         stretch: Option<Stretch> = (setup.branches == 0 && setup.growth.is_some())
             .then(|| stretched(setup).include(fragment!("dynamics/stretch.wgsl"))),
     }
@@ -212,7 +212,7 @@ kernels! {
 kernels! {
     /// The kernels of the paper's rows in the middle of a step.
     pub(super) struct MiddleRowKernels for setup: &Setup {
-        /// What they start from.
+        /// The starting multipliers of these rows.
         recall: Recall = base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
         tighten: Tighten = with_parts(with_flags(base(setup, "tighten")).real("LEAST_ALIGNED", LEAST_ALIGNED))
             .include(fragment!("constraint/share.wgsl"))
@@ -228,7 +228,7 @@ fn with_factor(setup: &Setup, name: &str) -> Source {
     base(setup, name).include(fragment!("dynamics/factor.wgsl"))
 }
 
-/// Adds what a row has of each of its bodies.
+/// Adds the part of a row for each of its bodies.
 pub(super) fn with_parts(source: Source) -> Source {
     source
         .include(fragment!("dynamics/factor.wgsl"))
@@ -236,18 +236,18 @@ pub(super) fn with_parts(source: Source) -> Source {
         .include(fragment!("constraint/part.wgsl"))
 }
 
-/// The kernel of pairs that may pass each other.
+/// The kernel that finds pairs that may have tunnelled.
 fn passing(setup: &Setup) -> Source {
     let source = reporting(of_pairs(setup, "passing")).real("DEEPER", DEEPER).include(fragment!("step/passing.wgsl"));
     changing(setup, sheared::beside_images(setup, source, "motions[first_b].xyz - motions[first_a].xyz"))
 }
 
-/// A whole kernel that compares two bodies, where the periods may change.
+/// A complete kernel that compares two bodies, adapted to periods that may change.
 pub(super) fn changing(setup: &Setup, source: Source) -> Source {
     if setup.strain.is_some() { LatticePeriods::changing(source) } else { source }
 }
 
-/// The kernels of the pairs of families that the scene's shapes make.
+/// The kernels of the pairs of families that the scene's shapes can form.
 fn narrow_sources(setup: &Setup) -> Vec<Source> {
     let families = separation::gpu::PairFamilies::needed(setup.shapes.iter().copied());
     let source = |(k, families): (usize, separation::gpu::PairFamilies)| {
@@ -269,30 +269,30 @@ pub(super) fn with_direction(source: Source) -> Source {
     source.real("ONLY_DIRECTION", ONLY_DIRECTION)
 }
 
-/// Adds the numbers that surfaces have in the place of a second body's.
+/// Adds the numbers of surfaces, which replace the second body of a pair.
 pub(super) fn numbers(source: Source) -> Source {
     source
         .constants("numbers of surfaces", [("FIRST_SURFACE", AtSurface::FIRST), ("PLACES", AtSurface::PLACES)])
         .include(fragment!("walls/number.wgsl"))
 }
 
-/// A source that knows how the scene's bodies turn without torque.
+/// A source with the rotation of the scene's bodies without torque.
 fn turned(setup: &Setup, name: &str) -> Source {
     spinning(setup, add_shapes_to(base(setup, name)))
 }
 
-/// Adds what drag leaves of a motion beside inertia.
+/// Adds the effect of drag on a motion with inertia.
 pub(super) fn damped(source: Source, density: f64, drag: f64) -> Source {
     source.real("DENSITY", density).real("DRAG", drag).include(fragment!("dynamics/damping.wgsl"))
 }
 
-/// What makes sources that know turns without torque, and drag; none where the scene has no drag beside inertia.
+/// A function that makes sources with torque-free rotation and drag; `None` for a scene without drag and inertia.
 fn damping(setup: &Setup) -> Option<impl Fn(&str) -> Source + '_> {
     let (density, drag) = (setup.dynamics.density()?, setup.dynamics.drag_beside_inertia()?);
     Some(move |name: &str| damped(turned(setup, name), density, drag))
 }
 
-/// A source that knows what longer bodies change of a separation.
+/// A source with the changes of separations by growth.
 pub(super) fn stretched(setup: &Setup) -> Source {
     add_shapes_to(numbers(base(setup, "stretch"))).include(fragment!("dynamics/stretched.wgsl"))
 }

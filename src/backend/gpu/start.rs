@@ -15,19 +15,19 @@ use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder};
 use crate::periodic::Periods;
 use crate::step::{Model, State, Unrounded};
 
-/// What of a step is being computed.
+/// The part of a step that is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
-    /// All of it, from its start.
+    /// The whole step, from its start.
     Whole,
     /// Its first half.
     FirstHalf,
-    /// All of it, with forces, mobilities and first rows of its middle.
+    /// The whole step, with the forces, mobilities and first rows of its middle.
     FromMiddle,
 }
 
 impl Setup {
-    /// The part that a step begins with.
+    /// The first part of a step.
     pub(super) fn first_part(&self) -> Part {
         if self.midpoint { Part::FirstHalf } else { Part::Whole }
     }
@@ -40,27 +40,27 @@ impl Setup {
 
 /// The start of a step.
 pub(super) struct Start {
-    /// The number of the step that is being taken, and when it begins.
+    /// The number of the present step, and its start time.
     pub step: u64,
     pub time: f64,
     pub part: Part,
-    /// How many bodies there are in the step.
+    /// The number of bodies in the step.
     pub bodies: u64,
-    /// Who they are.
+    /// The identities of the bodies.
     pub ancestry: Ancestry,
     pub groups_of: Buffer,
     pub growth: GrowthBuffers,
-    /// Which of them do not move; none where none can be fixed.
+    /// The flags of fixed bodies; `None` if no body can be fixed.
     pub held: Option<Held>,
     /// The periods at the end of the present part.
     pub periods: Periods,
     lattice_periods: LatticePeriods,
-    /// Those where it begins.
+    /// The periods at the beginning of the present part.
     pub periods_here: LatticePeriods,
 }
 
 impl Start {
-    /// Before the first step from `state`.
+    /// The start before the first step from `state`.
     pub fn new(
         gpu: &Gpu,
         setup: &Setup,
@@ -84,7 +84,7 @@ impl Start {
         })
     }
 
-    /// Goes on from another state.
+    /// Continues from another state.
     pub fn load(
         &mut self,
         gpu: &Gpu,
@@ -106,24 +106,24 @@ impl Start {
         Ok(())
     }
 
-    /// Begins the step after `steps` of them.
+    /// Begins the step after `steps` steps.
     pub fn begin(&mut self, setup: &Setup, steps: u64) {
         (self.step, self.time) = (steps + 1, setup.time.after(steps));
         self.part = setup.first_part();
     }
 
-    /// When the present part begins and ends.
+    /// The times at which the present part begins and ends.
     pub fn span(&self, setup: &Setup) -> [f64; 2] {
         [self.time, self.time + setup.length_of(self.part)]
     }
 
-    /// When forces are taken: at the start, or in the middle once it is made.
+    /// The time at which forces are evaluated: the start, or the middle once it has been computed.
     pub fn time_of_loads(&self, setup: &Setup) -> f64 {
         self.time + if self.part == Part::FromMiddle { 0.5 * setup.dt } else { 0.0 }
     }
 
-    /// Takes the periods where the present part begins and at its end, where they change; says whether they are others
-    /// than those of the last part.
+    /// Sets the periods at the beginning and the end of the present part, if they change. Returns the periods if they
+    /// differ from those of the last part.
     pub fn place_cell(&mut self, setup: &Setup) -> Result<Option<LatticePeriods>, GpuError> {
         let Some(strain) = &setup.strain else { return Ok(None) };
         let [begin, end] = self.span(setup);
@@ -138,7 +138,7 @@ impl Start {
     }
 }
 
-/// What the stages of a step are made from.
+/// The inputs of the stages of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Stages<'a> {
     pub gpu: &'a Gpu,
@@ -148,8 +148,8 @@ pub(super) struct Stages<'a> {
     pub start: &'a Start,
 }
 
-/// What kernels know of the present part: how many bodies there are, its length and the root of it, the periods at its
-/// end, the strain rates of the cell, and the share of each window of the forces.
+/// The parameters of kernels for the present part: the number of bodies, the length of the part and its root, the
+/// periods at its end, the strain rates of the cell, and the share of each window of the forces.
 impl Argument for Stages<'_> {
     fn parts() -> Vec<Value> {
         let length = [("bodies", "u32"), ("dt", "real"), ("root_dt", "real"), ("periods", LatticePeriods::TYPE)];
@@ -173,17 +173,17 @@ impl Argument for Stages<'_> {
 }
 
 impl<'a> Stages<'a> {
-    /// Where the present part begins.
+    /// The poses at the beginning of the present part.
     pub fn here(self) -> &'a Poses {
         self.states.here(self.start.part)
     }
 
-    /// What the bodies are in the first rows of the present part.
+    /// The shapes of bodies in the first rows of the present part.
     pub fn here_shapes(self) -> &'a Shapes {
         self.states.here_shapes(self.start.part)
     }
 
-    /// Records what the bodies grow by in a part of the step.
+    /// Records the growth of the bodies in a part of the step.
     pub fn record_growth(self, record: &mut Recorder<'_>) {
         let Some(kernels) = &self.kernels.growth else { return };
         let shapes = self.states.end_shapes();

@@ -10,19 +10,19 @@ use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder, arrays};
 use crate::shape::Shape;
 use crate::step::{Unrounded, UnroundedBody};
 
-/// Where bodies are and how they move: one state of all of them.
+/// Positions, orientations and velocities of all bodies in one state.
 pub(super) struct Poses {
     pub cells: Buffer,
     pub remainders: Buffer,
-    /// Two vectors a body: coarse and fine.
+    /// Two vectors per body: coarse and fine.
     pub orientations: Buffer,
-    /// Two vectors a body: velocity, and angular velocity or momentum, as [`Setup::keeps_momentum`] says.
+    /// Two vectors per body: velocity, and angular velocity or momentum, according to [`Setup::keeps_momentum`].
     pub twists: Buffer,
 }
 
 arrays! { Poses { cells, remainders, orientations, twists } }
 
-/// What bodies are.
+/// The shapes of all bodies in one state.
 pub(super) struct Shapes {
     /// Sizes and tag.
     pub shapes: Buffer,
@@ -32,23 +32,23 @@ pub(super) struct Shapes {
 
 arrays! { Shapes { shapes, lengths } }
 
-/// The states of a step by name. What a scene does not need is not made: another state stands for it.
+/// The states of a step by name. States that a scene does not need are not created; another state serves instead.
 pub(super) struct States {
     /// The last accepted state.
     pub accepted: Poses,
     pub trial: Poses,
-    /// Where bodies grow, the step's start: else that is the accepted state.
+    /// In scenes with growth, the step's start; otherwise the accepted state is the start.
     start: Option<Poses>,
-    /// Where steps have one, their middle.
+    /// The middle of a midpoint step.
     middle: Option<Poses>,
-    /// Where first rows are made elsewhere than a part begins: where the last velocities or the flow of a changing cell
-    /// lead.
+    /// The state where first rows are made, if this is not the beginning of a part: extrapolated with the last
+    /// velocities or with the flow of a changing cell.
     ahead: Option<Poses>,
     /// The shapes of the last accepted state.
     pub accepted_shapes: Shapes,
-    /// Where bodies grow, those at the end of the present part.
+    /// In scenes with growth, the shapes at the end of the present part.
     end_shapes: Option<Shapes>,
-    /// Where bodies grow and steps have a middle, those there.
+    /// In scenes with growth and midpoint steps, the shapes in the middle.
     middle_shapes: Option<Shapes>,
 }
 
@@ -75,7 +75,7 @@ impl States {
         self.accepted_shapes.write(gpu, setup, shapes, of);
     }
 
-    /// Makes room for more bodies.
+    /// Reserves memory for more bodies.
     pub fn reserve(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, bodies: u64) -> Result<(), GpuError> {
         let own = [&mut self.accepted, &mut self.trial];
         for poses in own.into_iter().chain(&mut self.start).chain(&mut self.middle).chain(&mut self.ahead) {
@@ -88,7 +88,7 @@ impl States {
         Ok(())
     }
 
-    /// Records that a step starts with the first `bodies` of the accepted state.
+    /// Records the start of a step with the first `bodies` of the accepted state.
     pub fn begin(&self, record: &mut Recorder<'_>, bodies: u64) {
         if let Some(start) = &self.start {
             start.copy_from(record, &self.accepted, bodies);
@@ -98,14 +98,14 @@ impl States {
         }
     }
 
-    /// Records that the bodies in the middle have the present lengths.
+    /// Records that the present lengths are those in the middle.
     pub fn keep_lengths(&self, record: &mut Recorder<'_>, bodies: u64) {
         if let Some(middle) = &self.middle_shapes {
             middle.copy_from(record, self.end_shapes(), bodies);
         }
     }
 
-    /// Takes the trial as the accepted state.
+    /// Makes the trial the accepted state.
     pub fn accept(&mut self) {
         std::mem::swap(&mut self.accepted, &mut self.trial);
         if let Some(end) = &mut self.end_shapes {
@@ -113,32 +113,32 @@ impl States {
         }
     }
 
-    /// Where the step starts.
+    /// The poses at the step's start.
     pub fn start(&self) -> &Poses {
         self.start.as_ref().unwrap_or(&self.accepted)
     }
 
-    /// The step's middle.
+    /// The poses in the step's middle.
     pub fn middle(&self) -> &Poses {
         self.middle.as_ref().unwrap_or_else(|| self.start())
     }
 
-    /// Where a part begins.
+    /// The poses at the beginning of a part.
     pub fn here(&self, part: Part) -> &Poses {
         if part == Part::FromMiddle { self.middle() } else { self.start() }
     }
 
-    /// Where the first rows of a part are made: ahead, or where it begins.
+    /// The poses where the first rows of a part are made: `ahead`, or those at its beginning.
     pub fn first(&self, part: Part, ahead: bool) -> &Poses {
         self.ahead.as_ref().filter(|_| ahead).unwrap_or_else(|| self.here(part))
     }
 
-    /// What the bodies are at the end of the present part.
+    /// The shapes at the end of the present part.
     pub fn end_shapes(&self) -> &Shapes {
         self.end_shapes.as_ref().unwrap_or(&self.accepted_shapes)
     }
 
-    /// What the bodies are in the first rows of a part: with the lengths at its end, or in the middle with those there.
+    /// The shapes in the first rows of a part: with the lengths at its end, or in the middle with the lengths there.
     pub fn here_shapes(&self, part: Part) -> &Shapes {
         let middle = self.middle_shapes.as_ref().filter(|_| part == Part::FromMiddle);
         middle.unwrap_or_else(|| self.end_shapes())
@@ -173,7 +173,7 @@ impl Poses {
         [&self.cells, &self.remainders, &self.orientations, &self.twists]
     }
 
-    /// Makes room for more bodies.
+    /// Reserves memory for more bodies.
     pub fn reserve(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, bodies: u64) -> Result<(), GpuError> {
         for buffer in [&mut self.cells, &mut self.remainders, &mut self.orientations, &mut self.twists] {
             buffer.reserve_and_keep(gpu, record, bodies)?;
@@ -197,7 +197,7 @@ impl Shapes {
         })
     }
 
-    /// Writes shapes; where bodies grow their lengths too.
+    /// Writes shapes, and in scenes with growth also lengths.
     pub fn write(&self, gpu: &Gpu, setup: &Setup, shapes: &[Shape], of: &Unrounded) {
         let precision = setup.precision;
         let numbers = |shape: &Shape| {

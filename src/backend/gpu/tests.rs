@@ -11,7 +11,7 @@ use crate::shape::gpu::add_shapes_to;
 use crate::shape::{Convex, Shape, Tag};
 use glam::{DQuat, DVec3};
 
-/// Steps a dispatch and dispatches: a million steps.
+/// Steps per dispatch, and dispatches: a million steps.
 const ROUNDS: u32 = 10_000;
 const DISPATCHES: usize = 100;
 
@@ -86,7 +86,7 @@ fn large_turns_are_those_of_the_cpu() {
     for (precision, bound) in precisions(gpu).into_iter().zip([2e-6, 1e-12]) {
         let half_turn = DVec3::new(0.3, -0.1, 0.2) * 1e-4;
         let (_, turn) = drift(gpu, precision, DVec3::ZERO, DVec3::ZERO, half_turn);
-        // A million equal turns of 2 atan |h| about one axis.
+        // A million equal rotations by 2 atan |h| about one axis.
         let angle = 2e6 * half_turn.length().atan();
         let expected = DQuat::from_axis_angle(half_turn.normalize(), angle % std::f64::consts::TAU);
         let off = 2.0 * (turn - expected).length().min((turn + expected).length());
@@ -116,7 +116,8 @@ fn main(
 }
 ";
 
-/// Momentum, velocity and mean turning velocity of bodies whose turns reach one a step, by the device.
+/// Momentum, velocity and mean angular velocity on the device, for bodies that rotate by up to about one radian per
+/// step.
 fn turns(gpu: &Gpu, precision: Precision, bodies: &[(Shape, DQuat, DVec3)]) -> Vec<f64> {
     let scene = crate::scene::Scene::load("two-ellipsoids", ["dynamics={\"inertial\":{\"density\":1}}"]).unwrap();
     let setup = Setup::new(&scene.model(), &[Shape::Sphere { radius: 1.0 }], precision).unwrap();
@@ -225,7 +226,7 @@ fn a_number_that_is_no_shape_has_no_sizes() {
     }
 }
 
-/// Twelve numbers a pair, of which the overlap kernel reads the separation and the flag.
+/// Twelve numbers per pair; the overlap kernel reads the separation and the flag.
 fn contact(separation: f64, flag: u32) -> [f64; 12] {
     let mut numbers = [0.0; 12];
     (numbers[3], numbers[11]) = (separation, f64::from(flag));
@@ -239,8 +240,8 @@ fn overlaps_of_many_workgroups_are_brought_together() {
     for precision in precisions(gpu) {
         let setup = Setup::new(&scene.model(), &[Shape::Sphere { radius: 1.0 }], precision).unwrap();
         let kernels = Kernels::make(gpu, &setup).unwrap();
-        // The last group is not full; the deepest overlap is that of two pairs, of which the first is far behind the
-        // pair of the first group that overlaps at all.
+        // The last workgroup is not full. Two pairs have the deepest overlap; the first of them comes far after the
+        // pair in the first workgroup that also overlaps.
         let count = 1_000u32;
         let pairs = u64::from(count);
         let separation = |p: u32| match p {

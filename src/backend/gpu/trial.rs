@@ -22,9 +22,9 @@ functions! {
     }
 }
 
-/// What was found of the last trial.
+/// The results of the last trial.
 pub(super) struct Trial {
-    /// The overlap from which on a pair is a violation.
+    /// The smallest overlap that counts as a violation.
     pub violating: f64,
     pub found: Report,
 }
@@ -34,12 +34,12 @@ impl Trial {
         Trial { violating, found: Report::blank() }
     }
 
-    /// How far a point of a surface moves to it, at most.
+    /// The largest displacement of a surface point up to the trial.
     pub fn farthest(&self) -> f64 {
         f64::from(f32::from_bits(self.found.farthest))
     }
 
-    /// How far by its turn alone.
+    /// The part of that displacement by rotation alone.
     pub fn turned(&self) -> f64 {
         f64::from(f32::from_bits(self.found.turned))
     }
@@ -52,14 +52,14 @@ impl Stages<'_> {
         self.kernels.trial.call(record, self.start.bodies, TrialMoveArgs { stages, start, velocities, motions, trial });
     }
 
-    /// Records boxes that hold the bodies where first rows are made and at the trial.
+    /// Records boxes that contain the bodies both in the state of the first rows and at the trial.
     pub(super) fn record_sweep(self, record: &mut Recorder<'_>, motions: &Motions, first: &First) {
         let (stages, shapes) = (self, self.states.end_shapes());
         let (first, trial) = (first.poses(self), &self.states.trial);
         self.kernels.sweep.call(record, self.start.bodies, SweepArgs { stages, first, trial, shapes, motions });
     }
 
-    /// Records the velocities that the present part ends with, in the state that it moved `to`.
+    /// Records the velocities at the end of the present part, in the state `to`.
     pub(super) fn record_arrival(self, record: &mut Recorder<'_>, motions: &Motions, to: &Poses) {
         let (stages, bodies) = (self, self.start.bodies);
         let Some(arrive) = &self.kernels.arrive else {

@@ -9,8 +9,8 @@ use crate::shape::Shape;
 use crate::step::{State, Unrounded, UnroundedBody};
 use glam::{DQuat, DVec3};
 
-/// The pitch of orientations, as in `shaders/common/orientation.wgsl`: a quaternion's numbers are multiples of it and a
-/// remainder.
+/// The pitch of orientations, as in `shaders/common/orientation.wgsl`: each component of a quaternion is a multiple of
+/// it plus a remainder.
 const TURN_PITCH: f64 = 1.0 / 1_048_576.0;
 
 /// Poses and shapes as numbers.
@@ -24,20 +24,20 @@ pub(super) struct Downloaded {
     pub unrounded: Unrounded,
 }
 
-/// An orientation as its coarse part, multiples of a pitch, and the rest.
+/// An orientation as a coarse part, multiples of a pitch, and the remainder.
 pub(super) fn coarse_and_fine(q: &DQuat) -> [[f64; 4]; 2] {
     let q = q.to_array();
     let coarse = q.map(|x| (x / TURN_PITCH).round() * TURN_PITCH);
     [coarse, std::array::from_fn(|i| q[i] - coarse[i])]
 }
 
-/// A length as a coarse part, a multiple of the pitch, and the rest.
+/// A length as a coarse part, a multiple of the pitch, and the remainder.
 pub(super) fn split_length(length: f64, pitch: f64) -> [f64; 2] {
     let coarse = (length / pitch).round() * pitch;
     [coarse, length - coarse]
 }
 
-/// The numbers that a device of this kind holds of a state: those that it had, or those of the bodies.
+/// The device's numbers of a state: the stored ones, or those computed from the bodies.
 pub(super) fn unrounded(setup: &Setup, state: &State) -> Result<Unrounded, GpuError> {
     let own = |unrounded: &&Unrounded| unrounded.kind == kind(setup) && is_of(setup, unrounded, &state.bodies);
     match state.unrounded.as_ref().filter(own) {
@@ -51,7 +51,7 @@ fn kind(setup: &Setup) -> [f64; 3] {
     [setup.precision.bytes() as f64, setup.lattice.pitch(), length_pitch]
 }
 
-/// Whether the bodies are what these numbers are rounded to.
+/// Whether the bodies are these numbers, rounded.
 fn is_of(setup: &Setup, unrounded: &Unrounded, bodies: &Bodies) -> bool {
     let rounded = |i: usize| {
         let shape = unrounded.bodies[i].shape(setup, &bodies.shape[i]);
@@ -91,12 +91,12 @@ fn of_body(setup: &Setup, bodies: &Bodies, i: usize) -> Result<UnroundedBody, Gp
 }
 
 impl Unrounded {
-    /// The lengths that bodies are to have.
+    /// The prescribed lengths of bodies.
     pub(super) fn prescribed(&self) -> impl Iterator<Item = f64> {
         self.bodies.iter().map(|body| body.prescribed)
     }
 
-    /// Sets them.
+    /// Sets the prescribed lengths.
     pub(super) fn prescribe(&mut self, lengths: &[f64]) {
         for (body, length) in self.bodies.iter_mut().zip(lengths) {
             body.prescribed = *length;
@@ -105,7 +105,7 @@ impl Unrounded {
 }
 
 impl UnroundedBody {
-    /// Its shape, of which all but the length is this.
+    /// The shape of the body: this shape with the stored length.
     fn shape(&self, setup: &Setup, shape: &Shape) -> Shape {
         let [coarse, fine] = self.length;
         let grown = setup.growth.as_ref().and_then(|_| shape.grown(coarse + fine));
@@ -126,7 +126,7 @@ impl UnroundedBody {
     }
 }
 
-/// Reads bodies back: one wait.
+/// Reads bodies back, with one wait.
 pub(super) fn download(
     gpu: &Gpu,
     setup: &Setup,

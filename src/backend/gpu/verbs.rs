@@ -17,7 +17,7 @@ use std::time::Instant;
 impl Device {
     /// The step's start: the accepted state with divided and grown bodies.
     fn grow(&mut self) -> Result<(), GpuError> {
-        // A step that failed may have left its own start behind.
+        // A failed step may have left its own start behind.
         self.start.ancestry.undo();
         let pressures = self.press()?;
         let Device { gpu, setup, kernels, states, start, solve, accepted, .. } = self;
@@ -27,8 +27,8 @@ impl Device {
         solve.compile(gpu, start.bodies)
     }
 
-    /// The pressures that slow growth, where the cells feel them, and the rates under them: computed on the host, from
-    /// the state that is read back.
+    /// The pressures that slow growth, if cells have a pressure law, and the growth rates for them. The host computes
+    /// them from the state that it reads back.
     fn press(&mut self) -> Result<Vec<f64>, GpuError> {
         let Some(cells) = self.setup.growth.clone().filter(Cells::feels_pressure) else { return Ok(Vec::new()) };
         let state = self.known_state()?;
@@ -37,7 +37,7 @@ impl Device {
         Ok(pressures)
     }
 
-    /// Forces, free velocities and mobilities where the present part begins, and the boxes there.
+    /// Computes forces, free velocities and mobilities at the beginning of the present part, and the boxes there.
     fn set_motions(&mut self) -> Result<(), Fault> {
         if !self.motions.plugged.is_empty() {
             self.write_loads()?;
@@ -60,7 +60,7 @@ impl Device {
         Ok(record.submit()?)
     }
 
-    /// Forces of a library's user.
+    /// Writes user-defined forces.
     fn write_loads(&mut self) -> Result<(), Fault> {
         if !std::mem::replace(&mut self.motions.takes_loads, true) {
             self.kernels.motion = FreeMotion::make(&self.gpu, source::motion(&self.setup, true))?;
@@ -70,7 +70,7 @@ impl Device {
         self.motions.write_loads(&self.gpu, &self.setup, &self.start, &bodies)
     }
 
-    /// The first half's end as the step's middle, with the velocities there, and the lengths at the step's end.
+    /// Makes the end of the first half the step's middle, with the velocities there and the lengths at the step's end.
     fn set_middle(&mut self) -> Result<(), Fault> {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
@@ -85,13 +85,13 @@ impl Device {
         self.set_motions()
     }
 
-    /// The pairs that pass each other on their way to the trial.
+    /// The pairs that tunnelled between the start and the trial.
     fn find_passed(&self) -> Result<Option<Passed>, GpuError> {
         let Device { setup, states, start, motions, first, narrow, trial, .. } = self;
         if !may_pass(trial.farthest(), setup.thinnest) {
             return Ok(None);
         }
-        // In a cell that changes bodies go with it first, and leave their boxes from there.
+        // In a changing cell, the cell first carries the bodies; they leave their boxes from the resulting poses.
         let from = if setup.strain.is_some() { first.poses(self.stages()) } else { states.start() };
         if !narrow.some_may_pass(self.stages(), motions, from, trial.turned())? {
             return Ok(None);
@@ -99,7 +99,7 @@ impl Device {
         let mut bodies = self.download(states.start(), states.end_shapes())?;
         let twists = motions.trial_twists(self.stages())?;
         let separate = separate_in(setup.planar);
-        // The state before the step has the periods of then, and that of the trial those of its end.
+        // The state before the step has the periods of its time, and the trial has those at the end.
         bodies.periods = setup.strain.map_or(bodies.periods, |strain| strain.periods(start.time));
         Ok(passed(&bodies, &twists, (setup.dt, setup.shear()), |a, b| separate(a, b, None)))
     }
@@ -192,11 +192,11 @@ impl Verbs for Device {
     }
 
     fn effect(&mut self, _gap: f64) -> Result<Effect, Fault> {
-        // Kernels have the gap of all steps.
+        // All steps use the same gap in kernels.
         Ok(self.effects().of_trial(&self.trial.found)?)
     }
 
-    /// The CPU can, which takes the step then.
+    /// Only the CPU can relax rows, so it repeats the step.
     fn relax(&mut self, _allowed: f64) -> Result<Option<Outcome>, Fault> {
         Ok(None)
     }
@@ -205,7 +205,7 @@ impl Verbs for Device {
         None
     }
 
-    /// The effect tells it at the end of the attempt.
+    /// The effect of contact reports this at the end of the attempt.
     fn throws(&mut self, _gap: f64) -> Result<bool, Fault> {
         Ok(false)
     }

@@ -44,7 +44,7 @@ kernels! {
         )
         .include(fragment!("walls/narrow.wgsl")),
         blocks: Blocks = numbers(base(setup, "blocks")).include(fragment!("walls/blocks.wgsl")),
-        /// Where walls move and steps have a middle.
+        /// With moving walls and midpoint steps.
         turn: Option<Turn> = (setup.midpoint && setup.walls.move_in_time()).then(|| {
             let source = numbers(with_bodies(setup, "normals of surfaces"));
             add_places_to(source, &setup.lattice, &setup.shapes).include(fragment!("walls/turn.wgsl"))
@@ -52,35 +52,35 @@ kernels! {
     }
 }
 
-/// Places of bodies at surfaces and pairs at most: entries of lists are twice their numbers.
+/// The largest number of pairs, including places of bodies at surfaces: entries of lists are twice a pair's number.
 const TOO_MANY_PAIRS: u64 = 1 << 31;
 
-/// The surfaces, and what the lists of their places are made with.
+/// The surfaces, and the buffers for lists of places at them.
 pub(super) struct Surfaces {
     surfaces: Buffer,
-    /// What that buffer holds.
+    /// The contents of that buffer.
     placed: Vec<f64>,
-    /// Where walls that move are in the middle of a step.
+    /// The surfaces in the middle of a step, if walls move.
     middle: Option<Buffer>,
     count: u64,
     counts: Buffer,
     starts: Buffer,
-    /// Lists of bodies to be taken into use, in exchange for those without places.
+    /// The lists of bodies with places, exchanged with those without.
     adjacency_start: Buffer,
     adjacency: Buffer,
-    /// Where rows begin to a solver, in exchange for where they begin.
+    /// The starts of the solver's blocks, exchanged with the starts of the pairs' rows.
     block_start: Buffer,
     scan: Scan,
 }
 
-/// A remembered pair as the device has it; `None` where the scene has no such surface or place.
+/// A stored pair in the device's format; `None` if the scene has no such surface or place.
 pub(super) fn device_pair(warm: &Warm, walls: &Walls) -> Option<[u32; 2]> {
     let Some(surface) = surface_of(warm.pair[1]) else { return Some(warm.pair) };
     let there = surface < walls.len() && warm.feature < AtSurface::PLACES;
     there.then(|| [warm.pair[0], AtSurface { surface, place: warm.feature }.number()])
 }
 
-/// The surfaces of walls as the device has them.
+/// The surfaces of walls in the device's format.
 fn numbers_of(walls: &Walls, setup: &Setup) -> Result<Vec<f64>, GpuError> {
     let mut numbers = Vec::new();
     for surface in walls.surfaces() {
@@ -90,7 +90,7 @@ fn numbers_of(walls: &Walls, setup: &Setup) -> Result<Vec<f64>, GpuError> {
 }
 
 impl Surfaces {
-    /// Those of a scene; none where it has no walls.
+    /// The surfaces of a scene; `None` without walls.
     pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Option<Self>, GpuError> {
         if setup.walls.is_empty() {
             return Ok(None);
@@ -111,8 +111,7 @@ impl Surfaces {
         }))
     }
 
-    /// Moves the surfaces, and says whether any of them has moved; `middle` is where they are in the middle of the
-    /// step.
+    /// Moves the surfaces, and returns whether any has moved. `middle` has the walls in the middle of the step.
     pub fn place(&mut self, gpu: &Gpu, setup: &Setup, walls: &Walls, middle: Option<&Walls>) -> Result<bool, GpuError> {
         let middle = middle.map(|walls| numbers_of(walls, setup)).transpose()?;
         let reals = |numbers| Buffer::reals(gpu, "surfaces in the middle", setup.precision, 4, numbers);
@@ -126,8 +125,8 @@ impl Surfaces {
         Ok(moved)
     }
 
-    /// Adds the places that may come near a surface to a list of pairs of bodies that was just made from the `stored`
-    /// boxes.
+    /// Appends the places of bodies that may come near a surface to a new list of pairs of bodies, made from the
+    /// `stored` boxes.
     pub fn extend(
         &mut self,
         gpu: &Gpu,
@@ -174,8 +173,8 @@ impl Surfaces {
         Ok(())
     }
 
-    /// Counts the places of every body, or writes them from pair `first` on. One kernel does both, so that they agree
-    /// to the bit.
+    /// Counts the places of every body, or writes them from pair `first` on. One kernel does both, so that the two
+    /// results agree exactly.
     fn find(
         &self,
         kernels: &WallKernels,
@@ -189,13 +188,13 @@ impl Surfaces {
         kernels.find.call(record, bodies, found);
     }
 
-    /// Exchanges where the rows of each place begin with the blocks of a solver, and back.
+    /// Exchanges the starts of the rows of each place with the blocks of a solver, and back.
     pub fn exchange_starts(&mut self, row_start: &mut Buffer) {
         std::mem::swap(&mut self.block_start, row_start);
     }
 
-    /// Makes one block of the rows of all places of a body at a surface, as on the CPU: rings that lie flat take 1.7
-    /// times as many products otherwise.
+    /// Makes one block of the rows of all places of a body at a surface, as on the CPU: otherwise rings that lie flat
+    /// need 1.7 times as many products.
     pub fn join_places(
         &mut self,
         gpu: &Gpu,

@@ -1,5 +1,5 @@
-//! The values that pairs store from step to step, on the host. They are passed to the first list that the device makes,
-//! and read back.
+//! The values that pairs store from step to step, on the host. The host passes them to the first list that the device
+//! makes, and reads them back.
 
 use super::Setup;
 use super::candidates::Candidates;
@@ -12,16 +12,16 @@ use crate::warm::Warm;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Where a pair's contact has its multiplier, with the paper's rows.
+/// The index of the multiplier in a pair's contact, with the paper's rows.
 const MULTIPLIER: usize = 7;
 
-/// Where it has its separation, and the one that marks a normal from which no search starts
-/// (`shaders/separation/narrow.wgsl`): larger than any, a power of two.
+/// The index of the separation, and the separation that marks a normal from which no search starts
+/// (`shaders/separation/narrow.wgsl`): larger than any real one, a power of two.
 const SEPARATION: usize = 3;
 pub(super) const ONLY_DIRECTION: f64 = (1_u128 << 120) as f64;
 
 impl Candidates {
-    /// Gives the pairs of the first list what an earlier run remembered of them.
+    /// Writes the values stored by an earlier run into the pairs of the first list.
     pub(super) fn recall(&mut self, gpu: &Gpu, setup: &Setup) -> Result<(), GpuError> {
         let lists = &self.lists;
         let pairs = lists.pairs_count as usize;
@@ -56,7 +56,7 @@ impl Candidates {
         Ok(())
     }
 
-    /// What is remembered of every pair that was found near.
+    /// The stored values of every near pair.
     pub(super) fn remembered(&self, gpu: &Gpu, setup: &Setup) -> Result<Vec<Warm>, GpuError> {
         let (lists, count) = (&self.lists, self.lists.pairs_count);
         if self.first {
@@ -88,15 +88,15 @@ impl Candidates {
     }
 }
 
-/// The place of what is remembered in the list of a pair's branches. At a surface, and where bodies have one branch,
-/// there is one.
+/// The index of a stored value in the list of a pair's branches. At a surface, and for pairs with one branch, there is
+/// only one.
 fn place_of(warm: &Warm, width: usize) -> usize {
     let place = if surface_of(warm.pair[1]).is_some() { None } else { place_of_branch(warm.feature) };
     place.map_or(0, |place| place as usize).min(width - 1)
 }
 
-/// What is remembered of a pair, of which these are the multipliers branch by branch: one entry for each that pushes,
-/// or one with the normal alone.
+/// The stored values of a pair with these multipliers of its branches: one entry for each branch that pushes, or one
+/// with the normal alone.
 fn of_pair(pair: [u32; 2], normal: DVec3, gammas: &[f64]) -> Vec<Warm> {
     let pushes = gammas.iter().any(|gamma| *gamma > 0.0);
     let at_surface = AtSurface::of_number(pair[1]);
@@ -104,7 +104,7 @@ fn of_pair(pair: [u32; 2], normal: DVec3, gammas: &[f64]) -> Vec<Warm> {
         Some(AtSurface { surface, place }) => (number_of(surface), place),
         None => (pair[1], FEATURE_OF_SURFACES),
     };
-    // Places at surfaces have a normal however far they are.
+    // Places at surfaces always have a normal, however far they are.
     let known = normal != DVec3::ZERO && (at_surface.is_none() || pushes);
     let entry = |(place, gamma): (usize, &f64)| {
         let feature = if at_surface.is_none() { branch_in_place(place as u32) } else { own };

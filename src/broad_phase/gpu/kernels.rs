@@ -4,22 +4,22 @@ use super::{Boxes, CROWDED, Search, TOO_MANY};
 use crate::gpu::{Buffer, Fragment, Lattice, LatticePeriods, MOST_CELL, Precision, Source};
 use crate::gpu::{fragment, functions, kernels};
 
-/// Boxes that one body may look at. Mesa before version 23 ends loops after 65,535 rounds.
+/// The largest number of boxes that one body may test. Mesa before version 23 ends loops after 65,535 rounds.
 const MOST_ROUNDS: u32 = 60_000;
 
-/// A level's cells are smaller than its largest boxes could be by this power of two. On lavapipe, 100,000 rods in a
-/// plane take 1.3 times as long with 0 and the same with 2, 100,000 spheres in space 0.8 times as long with 0 and 1.7
-/// times with 2.
+/// The cells of a level are smaller than its largest boxes by this power of two. On lavapipe, 100,000 rods in a plane
+/// take 1.3 times as long with 0 and the same time with 2; 100,000 spheres in space take 0.8 times as long with 0 and
+/// 1.7 times with 2.
 const FINER: u32 = 1;
 
-/// What the kernels depend on.
+/// The properties of the space that the kernels depend on.
 pub(super) struct Space {
     pub precision: Precision,
     pub planar: bool,
     pub lattice: Lattice,
-    /// Where space is periodic.
+    /// In periodic space.
     pub periods: Option<LatticePeriods>,
-    /// Whether the periods change from search to search.
+    /// Whether the periods change between searches.
     pub changing: bool,
 }
 
@@ -51,7 +51,7 @@ functions! {
 kernels! {
     /// The kernels of the search.
     pub(super) struct Kernels for space: &Space {
-        /// Where space is periodic.
+        /// In periodic space.
         wrap: Option<Wrap> = space.periods.as_ref().map(|periods| match periods.is_sheared() {
             false => space.periodic(periods, fragment!("broad_phase/wrap.wgsl")),
             true => space.periodic(periods, fragment!("broad_phase/wrap_sheared.wgsl")),
@@ -74,18 +74,18 @@ kernels! {
 }
 
 impl Space {
-    /// A kernel of the grid.
+    /// A kernel of the grid in open space.
     fn open(&self, fragment: Fragment) -> Source {
         levels(self.lattice.define(self.constants(fragment)), fragment)
     }
 
-    /// A kernel of the grid that goes round.
+    /// A kernel of the grid in periodic space.
     fn periodic(&self, periods: &LatticePeriods, fragment: Fragment) -> Source {
         let source = levels(periods.define(self.constants(fragment)), fragment);
         if self.changing { LatticePeriods::changing(source) } else { source }
     }
 
-    /// The search of a sheared cell, whose offset changes.
+    /// The search of a sheared cell, where the offset changes.
     fn around_sheared(&self, periods: &LatticePeriods) -> Source {
         let fragment = fragment!("broad_phase/find_periodic.wgsl");
         let source = levels(periods.define(self.constants(fragment)), fragment)
@@ -108,7 +108,7 @@ fn levels(source: Source, fragment: Fragment) -> Source {
     source.include(fragment!("broad_phase/levels.wgsl")).include(fragment)
 }
 
-/// A kernel of lists, which has no numbers of a scene.
+/// A kernel of lists, which does not depend on the scene.
 fn list(fragment: Fragment) -> Source {
     Source::new(fragment.name, Precision::F32).include(fragment)
 }

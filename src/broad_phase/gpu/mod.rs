@@ -23,36 +23,36 @@ use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision
 use kernels::{AdjacencyArgs, AdjacencyStartArgs, ArrangeArgs, ClassifyArgs, EndsArgs, FindArgs, GatherArgs};
 use kernels::{IncomingArgs, Kernels, PlaceArgs, Space, StartsArgs, WrapArgs};
 
-/// The table has at least this many columns, more than the cells of any row that a body looks through.
+/// The smallest number of columns of the table: more than the cells of any row that a body searches.
 const LEAST_COLUMNS: u64 = 64;
 
-/// Bodies at most: their indices share a word with their levels.
+/// The largest number of bodies: their indices share a word with their levels.
 const MOST_BODIES: u64 = 1 << 27;
 
-/// Words of the survey of a scene: four, and three for each of 32 classes.
+/// Words of the survey of a scene: four, plus three for each of 32 classes.
 const SURVEY_WORDS: u64 = 4 + 3 * 32;
 
 /// Faults of the search.
 const CROWDED: u32 = 1;
 const TOO_MANY: u32 = 2;
 
-/// Pairs from which on a sum is no longer trusted.
+/// The number of pairs from which a sum may have overflowed.
 const TOO_MANY_PAIRS: u64 = 1 << 31;
 
-/// Boxes where they are on the lattice.
+/// Boxes at positions on the lattice.
 pub struct Boxes {
     /// Lattice cells.
     pub cells: Buffer,
-    /// What the cells leave of the positions.
+    /// The remainders of the positions.
     pub remainders: Buffer,
-    /// Half extents, and the radius of a ball that holds the box however the body turns.
+    /// Half extents, and the radius of a ball that contains the box at every orientation.
     pub boxes: Buffer,
 }
 
 arrays! { Boxes { cells, remainders, boxes } }
 
 impl Boxes {
-    /// Makes room for those of so many bodies; what was there is lost.
+    /// Reserves memory for this many bodies; the contents are lost.
     pub(crate) fn reserve(&mut self, gpu: &Gpu, bodies: u64) -> Result<(), GpuError> {
         for buffer in [&mut self.cells, &mut self.remainders, &mut self.boxes] {
             buffer.reserve(gpu, bodies)?;
@@ -70,19 +70,20 @@ pub struct Search {
     survey: Buffer,
     crowds: Buffer,
     classes: Buffer,
-    /// Bodies in one cell of periodic space.
+    /// Positions wrapped into one cell of periodic space.
     wrapped: Option<[Buffer; 2]>,
-    /// Column of every body; later the body found in every pair.
+    /// The column of every body; later the body that was found in every pair.
     keys: Buffer,
-    /// Bodies with their levels; later the entry of every pair in the found body's list.
+    /// Bodies with their levels; later the entry of every pair in the list of the found body.
     values: Buffer,
-    /// Bodies of every column; later the pairs that every body found; later what to add to those.
+    /// The number of bodies in every column; later the number of pairs that every body found; later the offset to add
+    /// to those.
     counts: Buffer,
-    /// Where every column begins.
+    /// The start of every column.
     columns: Buffer,
     sorted: Boxes,
     first: Buffer,
-    /// Pairs as they were found.
+    /// Pairs in the order in which they were found.
     found: Buffer,
     pairs: Buffer,
     count: u64,
@@ -90,7 +91,7 @@ pub struct Search {
     adjacency: Buffer,
 }
 
-// Its buffers by what they are to each kernel.
+// The search's buffers, by their names in each kernel.
 arrays! { Search {
     survey, crowds, classes, columns: keys, keys, members: values, places: values, entries: values, counts,
     own: counts, starts: columns, first, found, pairs, adjacency_start, adjacency,
@@ -105,11 +106,11 @@ impl Search {
         Search::in_space(gpu, precision, planar, lattice, ([None; 3], false))
     }
 
-    /// The same in space of these periods, which may be `changing` ([`Search::set_periods`]): pairs are those that
-    /// touch through some image. Positions need not be wrapped.
+    /// The same in space with these periods, which may be `changing` ([`Search::set_periods`]): pairs are those that
+    /// touch through any image. Positions need not be wrapped.
     ///
     /// # Errors
-    /// Those of [`Search::new`], and [`GpuError::Unsupported`] for periods that the lattice has no room for.
+    /// As [`Search::new`], and [`GpuError::Unsupported`] for periods that the lattice cannot hold.
     pub fn in_space(
         gpu: &Gpu,
         precision: Precision,
@@ -120,10 +121,10 @@ impl Search {
         Search::among(gpu, precision, planar, (lattice, LatticePeriods::new(lattice, periods)?, changing))
     }
 
-    /// The same with the periods on the lattice, of a sheared cell too: its offset changes.
+    /// The same with the periods on the lattice, also of a sheared cell, whose offset changes.
     ///
     /// # Errors
-    /// Those of [`Search::new`].
+    /// As [`Search::new`].
     pub fn among(
         gpu: &Gpu,
         precision: Precision,
@@ -167,17 +168,16 @@ impl Search {
         })
     }
 
-    /// Finds every pair whose boxes touch, and perhaps some that are a few roundings apart.
+    /// Finds every pair whose boxes touch, and perhaps some that are separated by a few rounding errors.
     ///
     /// `cell` and `remainder` are the bodies' positions on the lattice (four numbers each, the last unused). `boxes`
-    /// holds half extents, margins included, and the radius of a ball about the body's position that holds the box
-    /// however the body turns. A box with an extent that is negative or not finite touches nothing. The pairs and their
-    /// order depend on the boxes alone.
+    /// contains half extents, with margins, and the radius of a ball about the body's position that contains the box at
+    /// every orientation. A box with a negative or not finite extent touches nothing. The pairs and their order depend
+    /// only on the boxes.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] and [`GpuError::OutOfMemory`] where the pairs do not fit, [`GpuError::Unsupported`] where a
-    /// body is further out than the lattice or has 60,000 boxes about it, and the device's own faults. No pairs are
-    /// there after an error.
+    /// [`GpuError::Limit`] and [`GpuError::OutOfMemory`] if the pairs do not fit, [`GpuError::Unsupported`] if a body
+    /// is beyond the lattice or has 60,000 boxes near it, and faults of the device. After an error there are no pairs.
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -215,34 +215,34 @@ impl Search {
         Ok(())
     }
 
-    /// Goes on in the space of other periods, where they change.
+    /// Sets other periods, for searches with changing periods.
     pub fn set_periods(&mut self, periods: LatticePeriods) {
         self.periods = periods;
     }
 
-    /// Exchanges the pairs, where each body's list begins and the lists with other buffers, so that both can be kept.
+    /// Exchanges the pairs, the starts of the bodies' lists and the lists with other buffers, so that both can be kept.
     pub(crate) fn exchange(&mut self, [pairs, start, adjacency]: [&mut Buffer; 3]) {
         std::mem::swap(&mut self.pairs, pairs);
         std::mem::swap(&mut self.adjacency_start, start);
         std::mem::swap(&mut self.adjacency, adjacency);
     }
 
-    /// The pairs `[a, b]`, `a < b`: each once, ascending.
+    /// The pairs `[a, b]` with `a < b`: each once, in ascending order.
     pub fn pairs(&self) -> &Buffer {
         &self.pairs
     }
 
-    /// How many pairs there are.
+    /// The number of pairs.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Where every body's list in [`Search::adjacency`] begins, and where the last one ends.
+    /// The start of every body's list in [`Search::adjacency`], and the end of the last one.
     pub fn adjacency_start(&self) -> &Buffer {
         &self.adjacency_start
     }
 
-    /// For every body its pairs, ascending: twice the pair's number, and one more where the body is the second of the
+    /// The pairs of every body, in ascending order: twice the pair's number, plus one if the body is the second of the
     /// pair.
     pub fn adjacency(&self) -> &Buffer {
         &self.adjacency
@@ -288,7 +288,8 @@ impl Search {
         Ok(())
     }
 
-    /// Counts the pairs that every body finds, or writes them. One kernel does both, so that they agree to the bit.
+    /// Counts the pairs that every body finds, or writes them. One kernel does both, so that the two results agree
+    /// exactly.
     fn find(&self, record: &mut Recorder<'_>, bodies: u64, columns: u64, fill: bool) {
         let arguments = FindArgs {
             bodies,
@@ -324,7 +325,7 @@ impl Search {
         Ok(u64::from(count))
     }
 
-    /// Sorts the pairs by their first bodies, those of one by the second.
+    /// Sorts the pairs by their first bodies, then by the second.
     fn arrange(&mut self, record: &mut Recorder<'_>, bodies: u64, count: u64) -> Result<(), GpuError> {
         let bits = bodies.next_power_of_two().trailing_zeros();
         for side in [1, 0] {
@@ -337,7 +338,7 @@ impl Search {
         Ok(())
     }
 
-    /// Makes every body's list of pairs.
+    /// Makes the list of pairs of every body.
     fn connect(&mut self, record: &mut Recorder<'_>, bodies: u64, count: u64) -> Result<(), GpuError> {
         self.kernels.incoming.call(record, count, IncomingArgs { count, search: self });
         let bits = bodies.next_power_of_two().trailing_zeros();

@@ -8,15 +8,15 @@ use naga::{
 /// A step from an array to an element, or from an element to a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Step {
-    /// To the part of this number.
+    /// To the part with this number.
     Known(u32),
-    /// To the one of a computed `u32`.
+    /// To the element with a computed index of type `u32`.
     Unsigned,
-    /// To the one of a computed `i32`.
+    /// To the element with a computed index of type `i32`.
     Signed,
 }
 
-/// Which function: of an array, for a path, to load or to store.
+/// A function, identified by its array, its path, and whether it loads or stores.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Accessor {
     pub array: Handle<GlobalVariable>,
@@ -30,7 +30,7 @@ struct Building<'a> {
     path: &'a [Step],
     /// The arguments of computed steps, in order.
     indices: Vec<Handle<Expression>>,
-    /// What is stored.
+    /// The value to store.
     value: Option<Handle<Expression>>,
 }
 
@@ -62,7 +62,7 @@ impl Accessor {
         }
         body.push(Statement::Switch { selector: bank, cases }, Span::UNDEFINED);
         let mut function = building.function;
-        // The conversion of a signed index is emitted with the bank, which it is before.
+        // The conversion of a signed index must come before the choice of the bank.
         if self.path.first() == Some(&Step::Signed) {
             body.splice(0..0, Block::from_vec(vec![Statement::Emit(naga::Range::new_from_bounds(index, index))]));
         }
@@ -70,7 +70,7 @@ impl Accessor {
         Ok(function)
     }
 
-    /// The type of what is loaded or stored.
+    /// The type of the loaded or stored value.
     fn found(&self, module: &mut Module) -> Result<Handle<Type>, String> {
         let mut found = module.global_variables[self.array].ty;
         for step in &self.path {
@@ -140,7 +140,7 @@ impl Building<'_> {
         }
     }
 
-    /// What is done with the bank that begins with element `first`.
+    /// The statements for the bank that begins with element `first`.
     fn of_bank(&mut self, variable: Handle<GlobalVariable>, index: Handle<Expression>, first: u32) -> Block {
         let base = self.append(Expression::GlobalVariable(variable));
         let first = self.literal(first);

@@ -5,20 +5,20 @@ use crate::gpu::{Gpu, GpuError};
 use range_alloc::RangeAllocator;
 use std::ops::Range;
 
-/// Places and sizes are multiples of so many bytes. Elements of kernels' arrays have 4 to 256 bytes, with factors 3 and
-/// 5 among them, and a place must be a whole number of elements: one that is not is a fault of its kernel.
+/// Offsets and sizes are multiples of this. Elements of kernels' arrays have 4 to 256 bytes, some with factors 3 and 5,
+/// and an offset must be a whole number of elements; otherwise the kernel reports a fault.
 const UNIT: u64 = 3840;
 
-/// Bytes of a new arena: what some ten small scenes take.
+/// Bytes of a new arena: enough for some ten small scenes.
 const FIRST_BYTES: u64 = 4 << 20;
 
-/// An arena's buffer, and which parts of it are taken.
+/// The buffer of an arena, and its used ranges.
 pub(super) struct Arena {
     pub raw: wgpu::Buffer,
-    /// Counts the buffers that the arena had.
+    /// The number of buffers that the arena has had.
     pub version: u64,
     ranges: RangeAllocator<u64>,
-    /// Bytes from here on were never used, so that they are zero.
+    /// Bytes from here on have never been used, so they are zero.
     untouched: u64,
     pub taken: u64,
     pub peak: u64,
@@ -30,7 +30,7 @@ fn buffer(gpu: &Gpu, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
     gpu.scoped("arena", || gpu.device.create_buffer(&descriptor))
 }
 
-/// The most bytes that an arena may have: one binding, whose words are counted by `u32`.
+/// The largest size of an arena: one binding, with words that are counted by `u32`.
 pub(super) fn most_bytes(gpu: &Gpu) -> u64 {
     let most = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
     most.min(4 * u64::from(u32::MAX)) / UNIT * UNIT
@@ -43,10 +43,10 @@ impl Arena {
         Ok(Arena { raw, version: 0, ranges, untouched: 0, taken: 0, peak: 0 })
     }
 
-    /// A part of at least `bytes` bytes, and whether it may hold what was there before.
+    /// Allocates at least `bytes` bytes. Also returns whether the range may contain old data.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] where the arena may not be that large, [`GpuError::OutOfMemory`].
+    /// [`GpuError::Limit`] if the arena cannot be that large, [`GpuError::OutOfMemory`].
     pub fn take(&mut self, gpu: &Gpu, label: &'static str, bytes: u64) -> Result<(Range<u64>, bool), GpuError> {
         let bytes = bytes.max(1).next_multiple_of(UNIT);
         let range = match self.ranges.allocate_range(bytes) {
@@ -64,13 +64,13 @@ impl Arena {
         Ok((range, used))
     }
 
-    /// Gives a part back, of which no work that is still to be recorded speaks.
+    /// Frees a range. No later work may use it.
     pub fn leave(&mut self, range: Range<u64>) {
         self.taken -= range.end - range.start;
         self.ranges.free_range(range);
     }
 
-    /// Moves to a buffer of at least twice the size, with room for `bytes` more.
+    /// Moves to a buffer of at least twice the size, with `bytes` more of free memory.
     fn grow(&mut self, gpu: &Gpu, label: &'static str, bytes: u64) -> Result<(), GpuError> {
         let (size, most) = (self.raw.size(), most_bytes(gpu));
         let needs = size + bytes;

@@ -17,13 +17,13 @@ const WRITE: u32 = 0;
 const COPY: u32 = 1;
 const CLEAR: u32 = 2;
 
-/// Bytes of a piece up to which it is left to one workgroup. Longer ones, those of arrays that move to more room, are
-/// recorded one by one.
+/// The largest piece that one workgroup copies. Longer pieces, of arrays that move to larger ranges, are recorded
+/// separately.
 const MOST_BYTES: u64 = 1 << 14;
 
 /// Invocations of a workgroup: a piece has some hundred words.
 const WORKGROUP: u32 = 64;
-/// On an adapter that computes on a processor, one vector.
+/// The same on a software adapter: one vector.
 const WORKGROUP_ON_SOFTWARE: u32 = 8;
 
 pub(super) fn source(workgroup: u32) -> Source {
@@ -32,7 +32,7 @@ pub(super) fn source(workgroup: u32) -> Source {
         .include(fragment!("common/copies.wgsl"))
 }
 
-/// The kernel, and what it is bound to.
+/// The kernel and its bindings.
 pub(super) struct Copies {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
@@ -67,7 +67,7 @@ impl Copies {
         Ok(Copies { pipeline, layout, group: Mutex::default() })
     }
 
-    /// Records the copies of so many members, whose list begins where the parameters say at `offset` bytes.
+    /// Records the copies of a number of members. The parameters at `offset` bytes have the start of the list.
     pub fn record(
         &self,
         gpu: &Gpu,
@@ -95,7 +95,7 @@ impl Copies {
     }
 }
 
-/// Whether a piece is left to the kernel.
+/// Whether the kernel copies this piece.
 pub(super) fn is_short(work: &Work) -> bool {
     let (place, bytes) = match work {
         Work::Write { to, bytes } => (*to, bytes.len() as u64),
@@ -106,8 +106,8 @@ pub(super) fn is_short(work: &Work) -> bool {
     bytes <= MOST_BYTES && place.is_multiple_of(4) && bytes.is_multiple_of(4)
 }
 
-/// Adds the pieces of members, by member, to a list of words. Returns where they begin in it, and how many members have
-/// some.
+/// Appends the pieces of members, sorted by member, to a list of words. Returns their start in it, and the number of
+/// members with pieces.
 pub(super) fn add(list: &mut Vec<u32>, pieces: &[(usize, &Work)]) -> (u32, u32) {
     let mut members: Vec<&[(usize, &Work)]> = pieces.chunk_by(|a, b| a.0 == b.0).collect();
     members.retain(|pieces| pieces.iter().any(|(_, work)| !matches!(work, Work::Leave(_))));
@@ -116,7 +116,7 @@ pub(super) fn add(list: &mut Vec<u32>, pieces: &[(usize, &Work)]) -> (u32, u32) 
     for (nth, pieces) in members.iter().enumerate() {
         list[begin + 2 * nth] = list.len() as u32;
         let count = pieces.iter().filter(|(_, work)| !matches!(work, Work::Leave(_))).count();
-        // The words that are written stand after the pieces.
+        // The words to write follow the pieces.
         let mut words: u32 = (list.len() + 4 * count) as u32;
         for (_, work) in *pieces {
             match work {
@@ -155,7 +155,7 @@ mod tests {
         }
     }
 
-    /// Does what the kernel does.
+    /// Applies a list on the host, as the kernel does.
     fn apply(list: &[u32], (begin, members): (u32, u32), arena: &mut [u32]) {
         for member in 0..members {
             let span = (begin + 2 * member) as usize;

@@ -37,61 +37,62 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use work::Request;
 
-/// A round begins without members that are still at work on the host when for so long none has come. A member that
-/// writes a file or takes a step on the CPU must not hold the others up; one that prepares its next work needs less.
+/// If no request has arrived for this long, a round begins without the members that are still at work on the host. A
+/// member that writes a file or takes a step on the CPU must not delay the others; preparing the next request takes
+/// less time.
 const QUIET: Duration = Duration::from_millis(5);
 
 /// Bytes of a member without bodies: some hundred buffers of one unit each. Members with three bodies take 330 kB.
 const BYTES_OF_MEMBER: u64 = 400_000;
 
-/// Bytes that a body adds, with its pairs and rows: at 2^20 bodies 2.6 kB, and half as much again for buffers that
-/// grow.
+/// Bytes per body, with its pairs and rows: 2.6 kB at 2^20 bodies, and half as much again for buffers that grow.
 const BYTES_OF_BODY: u64 = 4_000;
 
-/// What an ensemble did.
+/// Statistics of an ensemble.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounds {
-    /// Rounds, each one submission and one read-back.
+    /// The number of rounds; each is one submission and one read-back.
     pub rounds: u64,
-    /// Requests of members that they answered.
+    /// The number of members' requests that they served.
     pub requests: u64,
-    /// Seconds in which they were recorded and done, and in which members were waited for.
+    /// Seconds spent on recording and executing rounds; `waited` is the time spent on waiting for members.
     pub seconds: f64,
     /// See `seconds`.
     pub waited: f64,
-    /// Dispatches, and those that the members asked for.
+    /// Dispatches made; `asked` is the number that members requested.
     pub dispatches: u64,
     /// See `dispatches`.
     pub asked: u64,
-    /// The most bytes that the members' buffers held at once.
+    /// The largest number of bytes that the members' buffers held at once.
     pub peak_bytes: u64,
 }
 
-/// Many scenes on one device. See the module. Members that are left when it is dropped are served until they are gone.
+/// Many scenes on one device; see the module. After the ensemble is dropped, its thread serves the remaining members
+/// until the last one is dropped.
 pub struct Ensemble {
     core: Arc<Core>,
     conductor: Option<JoinHandle<()>>,
 }
 
-/// What members and the conductor share.
+/// Data shared by the members and the conductor, the thread that serves them.
 pub(super) struct Core {
     gpu: Arc<Gpu>,
     arena: Mutex<Arena>,
     kernels: KernelCache,
     board: Mutex<Board>,
-    /// A member has come, or gone.
+    /// Notified when a member joins, leaves or makes a request.
     changed: Condvar,
     next: AtomicU64,
     rounds: Mutex<Rounds>,
 }
 
-/// Who is there.
+/// The members and their states.
 struct Board {
     seats: BTreeMap<u64, Seat>,
-    /// When a member came, went or asked last.
+    /// The last time that a member joined, left or made a request.
     changed: Instant,
     closing: bool,
-    /// Whether there is no conductor any more.
+    /// Whether the conductor has ended.
     ended: bool,
 }
 
@@ -101,17 +102,17 @@ struct Seat {
 }
 
 enum Stands {
-    /// On the host, from where it comes back soon.
+    /// Works on the host and will soon make a request.
     AtWork,
-    /// On the host for long.
+    /// Makes no request for a while.
     Away,
     Asks(Request),
-    /// In the present round.
+    /// Takes part in the present round.
     Served,
     Answered(Result<Vec<Vec<u8>>, GpuError>),
 }
 
-/// A member, to its device.
+/// A member's connection to the ensemble, used by its device.
 pub(super) struct Membership {
     core: Arc<Core>,
     id: u64,
@@ -121,7 +122,7 @@ pub(super) struct Membership {
 }
 
 impl Ensemble {
-    /// An ensemble on a device, which may be used beside it.
+    /// An ensemble on a device. The device may also be used directly.
     ///
     /// # Errors
     /// [`GpuError::OutOfMemory`], or the fault that the device reported.
@@ -145,7 +146,7 @@ impl Ensemble {
         Ok(Ensemble { core, conductor: Some(conductor) })
     }
 
-    /// A device for one more member. It leaves the ensemble when it is dropped, with all its buffers.
+    /// A device for one more member. When it is dropped, it leaves the ensemble and its buffers are freed.
     pub fn member(&self) -> Arc<Gpu> {
         let id = self.core.next.fetch_add(1, Ordering::Relaxed);
         let answered = Arc::new(Condvar::new());
@@ -159,22 +160,22 @@ impl Ensemble {
         Arc::new(self.core.gpu.of_member(membership))
     }
 
-    /// How many members there are now.
+    /// The present number of members.
     pub fn members(&self) -> usize {
         lock(&self.core.board).seats.len()
     }
 
-    /// What it did so far.
+    /// The statistics so far.
     pub fn rounds(&self) -> Rounds {
         Rounds { peak_bytes: lock(&self.core.arena).peak, ..*lock(&self.core.rounds) }
     }
 
-    /// Members with so many bodies each that fit at once, about.
+    /// The approximate number of members with this many bodies each that fit at once.
     pub fn members_that_fit(&self, bodies: u64) -> u64 {
         self.most_bytes() / (BYTES_OF_MEMBER + BYTES_OF_BODY * bodies)
     }
 
-    /// The most bytes that the buffers of all members may hold together.
+    /// The largest number of bytes of the buffers of all members together.
     pub fn most_bytes(&self) -> u64 {
         arena::most_bytes(&self.core.gpu)
     }
@@ -188,15 +189,15 @@ impl Drop for Ensemble {
         drop(board);
         self.core.changed.notify_all();
         log::info!("ensemble: {:?}", self.rounds());
-        // Members that are left are served until the last one is gone.
+        // Remaining members are served until the last one leaves.
         if let Some(conductor) = self.conductor.take().filter(|_| is_empty) {
-            // It has no result, and members see that it has ended.
+            // The thread has no result, and members see that it has ended.
             let _ = conductor.join();
         }
     }
 }
 
-/// Tells all members when the conductor ends, however it ends.
+/// Informs all members when the conductor ends, also after a panic.
 struct Ends<'a>(&'a Core);
 
 impl Drop for Ends<'_> {
@@ -208,7 +209,7 @@ impl Drop for Ends<'_> {
 }
 
 impl Core {
-    /// Serves members, round after round, until the ensemble ends and the last member is gone.
+    /// Serves members, round after round, until the ensemble has been dropped and the last member has left.
     fn conduct(&self, mut tables: Tables) {
         let _ends = Ends(self);
         let mut idle = Instant::now();
@@ -239,7 +240,7 @@ impl Core {
         }
     }
 
-    /// Waits until a round may begin, and takes what is asked in it.
+    /// Waits until a round may begin, and takes its requests.
     fn next_round(&self) -> Option<(Vec<u64>, Vec<Request>)> {
         let mut board = lock(&self.board);
         loop {
@@ -262,14 +263,14 @@ impl Core {
         }
     }
 
-    /// The merged kernels of its members.
+    /// The merged kernels of the members.
     pub fn kernels(&self) -> &KernelCache {
         &self.kernels
     }
 }
 
 impl Board {
-    /// Takes the requests of all that wait in the middle of a step; if there are none, of all that begin one.
+    /// Takes the requests of all members that wait within a step; if there are none, of all that begin a step.
     fn take(&mut self) -> (Vec<u64>, Vec<Request>) {
         let in_step = |seat: &Seat| matches!(&seat.stands, Stands::Asks(request) if !request.begins_step);
         let some_in_step = self.seats.values().any(in_step);
@@ -300,23 +301,23 @@ impl Membership {
         &self.core
     }
 
-    /// What is asked next begins a step.
+    /// Marks the next request as the beginning of a step.
     pub fn begin_step(&self) {
         self.begins_step.store(true, Ordering::Relaxed);
     }
 
-    /// Nothing is asked for long: others need not wait.
+    /// Tells the other members not to wait for this one.
     pub fn rest(&self) {
         self.stand(&mut lock(&self.core.board), Stands::Away);
         self.core.changed.notify_all();
     }
 
-    /// Keeps work until an answer is waited for.
+    /// Stores work until the next request.
     pub fn append(&self, work: impl IntoIterator<Item = Work>) {
         lock(&self.pending).extend(work);
     }
 
-    /// A part of the arena, of zeros.
+    /// Allocates a range of the arena, filled with zeros.
     ///
     /// # Errors
     /// [`GpuError::Limit`], [`GpuError::OutOfMemory`].
@@ -328,7 +329,7 @@ impl Membership {
         Ok(range)
     }
 
-    /// Has all pending work done, and waits for the bytes of these ranges.
+    /// Requests the execution of all stored work, and waits for the bytes of these ranges.
     ///
     /// # Errors
     /// The fault of the device.

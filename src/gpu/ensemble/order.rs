@@ -5,17 +5,17 @@
 //! some of them need. The next dispatch is that of the member with the most work left, merged with all members whose
 //! next dispatch uses the same kernel. So a member with additional work catches up with the others.
 
-/// What one dispatch or one set of copies does: the members that take part, each with the place of its piece of work.
+/// The work of one dispatch or one set of copies: the members that take part, each with the index of its piece of work.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Together {
-    /// Whether it is a dispatch; else copies, which need no order among members.
+    /// Whether it is a dispatch; otherwise copies, which need no order among members.
     pub dispatches: bool,
-    /// Members with the place of the work in their lists.
+    /// Members, each with the index of the work in its list.
     pub parts: Vec<(usize, usize)>,
 }
 
-/// Orders lists of work. `kernel` says which kernel a piece dispatches, none for a copy; at most `most` members share a
-/// dispatch.
+/// Orders lists of work. `kernel` returns the kernel that a piece dispatches, `None` for a copy. At most `most` members
+/// share a dispatch.
 pub(super) fn ordered<T>(lists: &[Vec<T>], kernel: impl Fn(&T) -> Option<u64>, most: usize) -> Vec<Together> {
     let mut next = vec![0; lists.len()];
     let mut left: Vec<usize> =
@@ -26,7 +26,7 @@ pub(super) fn ordered<T>(lists: &[Vec<T>], kernel: impl Fn(&T) -> Option<u64>, m
         if !copies.is_empty() {
             out.push(Together { dispatches: false, parts: copies });
         }
-        // The first of those with most left, so that the order depends on nothing else.
+        // On a tie the first member, so that the order is deterministic.
         let busiest = (0..lists.len()).filter(|member| left[*member] > 0).max_by_key(|m| (left[*m], usize::MAX - *m));
         let Some(busiest) = busiest else { return out };
         let chosen = kernel(&lists[busiest][next[busiest]]);
@@ -40,7 +40,7 @@ pub(super) fn ordered<T>(lists: &[Vec<T>], kernel: impl Fn(&T) -> Option<u64>, m
     }
 }
 
-/// The copies that come before every member's next dispatch.
+/// The copies that precede every member's next dispatch.
 fn copies<T>(lists: &[Vec<T>], kernel: &impl Fn(&T) -> Option<u64>, next: &mut [usize]) -> Vec<(usize, usize)> {
     let mut parts = Vec::new();
     for (member, list) in lists.iter().enumerate() {
@@ -56,7 +56,7 @@ fn copies<T>(lists: &[Vec<T>], kernel: &impl Fn(&T) -> Option<u64>, next: &mut [
 mod tests {
     use super::*;
 
-    /// Zero is a copy.
+    /// Zero stands for a copy.
     fn order(lists: &[Vec<u64>], most: usize) -> Vec<Together> {
         ordered(lists, |kernel| Some(*kernel).filter(|kernel| *kernel > 0), most)
     }

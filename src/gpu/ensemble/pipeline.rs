@@ -6,16 +6,17 @@ use crate::gpu::device::lock;
 use crate::gpu::{Gpu, GpuError};
 use std::sync::Mutex;
 
-/// Members that one dispatch serves at most. A device is full by then, and the rows of a dispatch stay in one binding.
+/// The largest number of members that one dispatch serves. It fills a device, and the rows of a dispatch fit in one
+/// binding.
 pub(super) const MOST_TOGETHER: usize = 256;
 
-/// Where the rows and the parameters of a dispatch begin: a multiple that every adapter takes.
+/// Every adapter accepts multiples of this as the offsets of a dispatch's rows and parameters.
 pub(super) const ALIGNMENT: usize = 256;
 
-/// The arena, the table and the parameters that a bind group was made for.
+/// The versions of the arena, the table and the parameters for which a bind group was created.
 type Version = [u64; 3];
 
-/// A buffer at a binding: its first `size` bytes, or all.
+/// A buffer at a binding: its first `size` bytes, or all of it.
 pub(super) fn part(binding: u32, buffer: &wgpu::Buffer, size: Option<u64>) -> wgpu::BindGroupEntry<'_> {
     let size = size.and_then(std::num::NonZeroU64::new);
     let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size });
@@ -39,7 +40,7 @@ impl Pipeline {
     /// Merges and compiles a kernel.
     ///
     /// # Errors
-    /// What the device or the kernel has against it.
+    /// An error of the device or in the kernel.
     pub fn new(gpu: &Gpu, name: &str, module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<Self, String> {
         let merged = merge::merged(module, info)?;
         let arrays = merged.strides.len() as u32;
@@ -81,15 +82,15 @@ impl Pipeline {
         })
     }
 
-    /// Words of a member's row.
+    /// The number of words of a member's row.
     pub fn row_words(&self) -> usize {
         HEAD + self.strides.len()
     }
 
-    /// Where a member's arrays begin, in elements.
+    /// The beginnings of a member's arrays, in elements.
     ///
     /// # Errors
-    /// [`GpuError::Kernel`] where one does not begin with a whole element.
+    /// [`GpuError::Kernel`] if one is not at a whole element.
     pub fn begins(&self, bytes: impl Iterator<Item = u64>) -> Result<Vec<u32>, GpuError> {
         let begin = |(at, stride): (u64, &u64)| {
             let whole = at.is_multiple_of(*stride).then(|| u32::try_from(at / stride).ok()).flatten();
@@ -99,7 +100,7 @@ impl Pipeline {
         bytes.zip(&self.strides).map(begin).collect()
     }
 
-    /// What it is bound to. It is made anew where the arena or a table has grown.
+    /// The bind group. It is created again after the arena or a table has grown.
     pub(super) fn group(&self, gpu: &Gpu, arena: (&wgpu::Buffer, u64), tables: &Tables) -> wgpu::BindGroup {
         let version = [arena.1, tables.rows.version(), tables.parameters.version()];
         let mut known = lock(&self.group);

@@ -10,7 +10,7 @@ use crate::gpu::{Gpu, GpuError};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A buffer that the host fills anew each round.
+/// A buffer that the host fills again in each round.
 pub(super) struct Table {
     label: &'static str,
     usage: wgpu::BufferUsages,
@@ -55,15 +55,15 @@ impl Table {
 pub(super) struct Tables {
     /// The members' rows of each dispatch.
     pub rows: Table,
-    /// Their parameters.
+    /// The parameters of each dispatch.
     pub parameters: Table,
-    /// What members write.
+    /// The bytes that members write.
     upload: Table,
-    /// What members copy goes through here: a buffer is not copied to itself.
+    /// An intermediate buffer for copies: a buffer cannot be copied to itself.
     scratch: Table,
-    /// What members read.
+    /// The bytes that members read.
     staging: Table,
-    /// What is written, copied and cleared by a kernel.
+    /// The writes, copies and clears that a kernel executes.
     pub pieces: Table,
     copies: Copies,
 }
@@ -83,7 +83,7 @@ impl Tables {
     }
 }
 
-/// What is recorded, once all tables are filled.
+/// An operation of the round, recorded after all tables are filled.
 enum Action {
     Dispatch {
         pipeline: Arc<Pipeline>,
@@ -91,7 +91,7 @@ enum Action {
         grid: [u32; 3],
         invocations: u64,
     },
-    /// The parameters hold at `offset` bytes where the list begins.
+    /// The parameters at `offset` bytes have the start of the list.
     Pieces {
         offset: u32,
         members: u32,
@@ -109,7 +109,7 @@ enum Action {
     Clear(Range<u64>),
 }
 
-/// What the tables hold, and what is recorded.
+/// The contents of the tables, and the operations.
 #[derive(Default)]
 struct Recording {
     rows: Vec<u8>,
@@ -118,28 +118,28 @@ struct Recording {
     pieces: Vec<u32>,
     actions: Vec<Action>,
     left: Vec<Range<u64>>,
-    /// The longest copy.
+    /// The length of the longest copy.
     scratch: u64,
-    /// The ends of what a dispatch binds of both tables.
+    /// The ends of the ranges of both tables that a dispatch binds.
     bound: [u64; 2],
     dispatches: u64,
 }
 
-/// What a round did.
+/// The statistics of a round.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Done {
-    /// Dispatches, and those that the members asked for.
+    /// Dispatches made; `asked` is the number that members requested.
     pub dispatches: u64,
     pub asked: u64,
 }
 
-/// The bytes that each request reads.
+/// The bytes read by each request.
 pub(super) type Answers = Vec<Vec<Vec<u8>>>;
 
-/// Does the work of all requests, and reads what they ask for.
+/// Executes the work of all requests, and reads the bytes that they request.
 ///
 /// # Errors
-/// The fault of the device, which is that of all of them.
+/// The fault of the device, which concerns all requests.
 pub(super) fn run(
     gpu: &Gpu,
     arena: &std::sync::Mutex<Arena>,
@@ -192,7 +192,7 @@ pub(super) fn run(
     Ok((answers, done))
 }
 
-/// Copies go by whole words.
+/// Copies consist of whole words.
 fn size(range: &Range<u64>) -> u64 {
     (range.end - range.start).next_multiple_of(4)
 }
@@ -216,7 +216,7 @@ impl Recording {
         self.dispatch(&parts);
     }
 
-    /// Adds short copies, which a kernel does.
+    /// Adds short copies, which a kernel executes.
     fn pieces(&mut self, pieces: &[(usize, &Work)]) {
         for (_, work) in pieces {
             if let Work::Leave(range) = work {
@@ -279,7 +279,7 @@ impl Recording {
     }
 }
 
-/// Records and submits all actions and the copies that bring what is read to the host.
+/// Records and submits all operations, and the copies to the host.
 fn submit(
     gpu: &Gpu,
     arena: &std::sync::Mutex<Arena>,
@@ -287,7 +287,7 @@ fn submit(
     recording: Recording,
     reads: &[Vec<Range<u64>>],
 ) {
-    // Nobody may move the arena, or write to it, while work that speaks of it is being recorded.
+    // While work that uses the arena is recorded, no other thread may move the arena or write to it.
     let mut arena = crate::gpu::device::lock(arena);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass: Option<wgpu::ComputePass<'static>> = None;

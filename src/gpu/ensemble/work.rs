@@ -4,7 +4,7 @@ use super::pipeline::Pipeline;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A piece of work; places are bytes of the arena.
+/// A piece of work; offsets are bytes in the arena.
 pub(in crate::gpu) enum Work {
     Dispatch(Dispatch),
     Copy {
@@ -17,7 +17,7 @@ pub(in crate::gpu) enum Work {
         to: u64,
         bytes: Vec<u8>,
     },
-    /// Nothing after this speaks of this part of the arena.
+    /// Frees a range of the arena: no later work uses it.
     Leave(Range<u64>),
 }
 
@@ -25,11 +25,11 @@ pub(in crate::gpu) enum Work {
 pub(in crate::gpu) struct Dispatch {
     pub pipeline: Arc<Pipeline>,
     pub parameters: Vec<u8>,
-    /// Where its arrays begin, in elements.
+    /// The beginnings of its arrays, in elements.
     pub begins: Vec<u32>,
-    /// Workgroups along x and y; at most so many where the arena says how many.
+    /// Workgroups along x and y; upper limits if words of the arena contain the numbers.
     pub groups: [u32; 2],
-    /// The word of the arena that says them.
+    /// The word of the arena that contains the numbers of workgroups.
     pub said_at: Option<u32>,
     pub invocations: u64,
 }
@@ -44,10 +44,10 @@ impl Work {
     }
 }
 
-/// Work, and what is read after it.
+/// Work, and the ranges to read after it.
 pub(super) struct Request {
     pub work: Vec<Work>,
     pub read: Vec<Range<u64>>,
-    /// Whether it is the first of a step.
+    /// Whether this is the first request of a step.
     pub begins_step: bool,
 }

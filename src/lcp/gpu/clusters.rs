@@ -3,35 +3,36 @@
 use crate::lcp::clusters::{MOST_BODIES, MOST_ROWS, NOBODY, domains};
 use crate::lcp::incidence::Incidence;
 
-/// Words of a cluster, and of each of its rows.
+/// Words per cluster, and per row of a cluster.
 const CLUSTER_WORDS: usize = 6;
 #[cfg(test)]
 const ROW_WORDS: usize = 3;
 
-/// The number in a cluster of a side without mobility.
+/// The local number of a side without mobility.
 const NO_BODY: u32 = 255;
 const _: () = assert!(MOST_BODIES <= NO_BODY as usize && MOST_ROWS < 1 << 16);
 
 /// The tables of all clusters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Tables {
-    /// How many clusters there are.
+    /// The number of clusters.
     pub clusters: usize,
-    /// For every cluster where its rows, pairs and bodies begin, and how many these are; then for every row of it its
-    /// number, its bodies, and the place of its displacement; for every pair its first row and how many it has; and for
-    /// every body where its list of rows begins, and these lists.
+    /// For every cluster, the offsets and the numbers of its rows, pairs and bodies; then for every row its number, its
+    /// bodies, and the offset of its displacement; for every pair its first row and its number of rows; and for every
+    /// body the offset of its list of rows, and these lists.
     pub words: Vec<u32>,
-    /// Where the displacements of each row begin; one more at the end.
+    /// The offset of each row's displacements, and the total at the end.
     pub part_start: Vec<u32>,
 }
 
 impl Tables {
-    /// Of rows between these bodies, whose pairs begin at these rows. Numbers from `bodies` on are no bodies.
+    /// The tables for rows between these bodies; `block_start` has the first row of each pair. Numbers of at least
+    /// `bodies` are not bodies.
     pub fn of(bodies: usize, pair: &[[u32; 2]], block_start: &[u32]) -> Self {
         let moving = |body: u32| if (body as usize) < bodies { body } else { NOBODY };
         let sides: Vec<[u32; 2]> = pair.iter().map(|pair| pair.map(moving)).collect();
         let domains = domains(bodies, &sides);
-        // How many rows the pair of a row has.
+        // The number of rows in each row's pair.
         let mut size = vec![0; pair.len()];
         for edges in block_start.windows(2) {
             size[edges[0] as usize..edges[1] as usize].fill(edges[1] - edges[0]);
@@ -68,13 +69,13 @@ impl Tables {
         Tables { clusters, words, part_start }
     }
 
-    /// How many displacements of rows there are.
+    /// The number of displacements of rows.
     pub fn parts(&self) -> u64 {
         self.part_start.last().map_or(0, |parts| u64::from(*parts))
     }
 }
 
-/// The sides of some rows by numbers from zero on, and how many bodies that are.
+/// The sides of some rows with bodies numbered from zero, and the number of these bodies.
 fn numbered(rows: &[u32], sides: &[[u32; 2]]) -> (Vec<[u32; 2]>, usize) {
     let of = |row: &u32| sides[*row as usize];
     let mut bodies: Vec<u32> = rows.iter().flat_map(of).filter(|body| *body != NOBODY).collect();
@@ -87,7 +88,7 @@ fn numbered(rows: &[u32], sides: &[[u32; 2]]) -> (Vec<[u32; 2]>, usize) {
     (rows.iter().map(|row| of(row).map(number)).collect(), bodies.len())
 }
 
-/// Adds where the lists of bodies begin, and the lists: twice a row's number in the cluster and its side.
+/// Appends the offsets of the bodies' lists, and the lists: twice a row's number in the cluster, plus the side.
 fn add_lists(words: &mut Vec<u32>, sides: &[[u32; 2]], bodies: usize) {
     let walls = |sides: &[u32; 2]| sides.map(|body| body.min(bodies as u32));
     let sides: Vec<[u32; 2]> = sides.iter().map(walls).collect();
@@ -105,12 +106,12 @@ mod tests {
 
     #[test]
     fn tables_have_every_row_and_its_sides() {
-        // Two pairs in a chain, the second of two rows, and a body at a wall.
+        // Two pairs in a chain, the second with two rows, and a body at a wall.
         let pair = [[0, 1], [2, 1], [2, 1], [2, 7]];
         let tables = Tables::of(3, &pair, &[0, 0, 1, 3, 4]);
         assert_eq!((tables.clusters, tables.parts()), (1, 4));
         assert_eq!(tables.part_start, [0, 1, 2, 3, 4]);
-        // Pairs of one row stand first.
+        // Pairs with one row come first.
         let rows = [[0, 1 << 8, 0], [3, 2 | NO_BODY << 8, 3], [1, 2 | 1 << 8, 1], [2, 2 | 1 << 8, 2]];
         assert_eq!(tables.words[..6], [6, 4, 18, 3, 21, 3]);
         assert_eq!(tables.words[6..18], *rows.as_flattened());

@@ -15,31 +15,31 @@ use std::collections::HashMap;
 /// Invocations of the workgroup that solves a small problem, on hardware.
 const SMALL_WORKGROUP: u32 = 32;
 
-/// The same on an adapter that computes on a processor: as many as one of its vectors holds, so that no invocation
-/// waits at a barrier. With 32 a solve of 21 rows in f64 took 1.8 times as long on lavapipe.
+/// The same on a software adapter: as many as fit in one of its vectors, so that no invocation waits at a barrier. With
+/// 32, a solve of 21 rows in f64 took 1.8 times as long on lavapipe.
 const SMALL_WORKGROUP_ON_SOFTWARE: u32 = 8;
 
 const _: () = assert!(SMALL_WORKGROUP_ON_SOFTWARE >= REDUCTIONS);
 
-/// Relative addition to the diagonal of a pair's block, as on the CPU; at least this many roundings, because the
-/// entries of a block are sums of products, each with its rounding.
+/// The relative addition to the diagonal of a pair's block, as on the CPU; at least this many rounding errors, because
+/// the entries of a block are sums of products, each with its rounding error.
 const REGULARIZATION: f64 = 1e-6;
 const ROUNDINGS: f64 = 32.0;
 
-/// The most rows of a pair whose small problem is solved exactly.
+/// The largest number of rows of a pair whose small problem is solved exactly.
 pub(super) const MOST_EXACT: u32 = 8;
 
-/// The instruction on pairs at a place of the program.
+/// The instruction on pairs at an offset of the program.
 const RUN_BLOCK: &str = "fn run_block(place: u32, pairs: u32, local: u32) {
     let i = instruction(place);
     run_pairs(i.a, i.b, i.c, i.out, pairs, local);
 }
 ";
 
-/// An invocation has two rows of a cluster.
+/// An invocation processes two rows of a cluster.
 const _: () = assert!(MOST_ROWS == 2 * WORKGROUP as usize);
 
-/// What the sources depend on.
+/// The properties on which the sources depend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Variant {
     pub precision: Precision,
@@ -50,7 +50,7 @@ pub(super) struct Variant {
 }
 
 functions! {
-    /// A kernel of a solver. It takes what it needs of all that there is.
+    /// A kernel of a solver. It uses only some of these arguments.
     pub(super) Lcp = struct LcpArgs<'a> { dispatch: Parameters, memory: &'a Memory, problem: &'a DeviceProblem }
 }
 
@@ -61,12 +61,12 @@ pub(super) struct Kernels {
     pub prepare_rows: Option<Lcp>,
     /// For large problems.
     pub prepare_entries: Option<Lcp>,
-    /// For small ones.
+    /// For small problems.
     pub small: Option<Lcp>,
     /// For solvers with blocks of pairs.
     pub prepare_pairs: Option<Lcp>,
     stages: HashMap<Shape, Lcp>,
-    /// Of small problems, by the elements of a round.
+    /// For small problems, by the elements of a round.
     straight: HashMap<Vec<Shape>, Lcp>,
 }
 
@@ -89,7 +89,7 @@ impl Kernels {
         Ok(())
     }
 
-    /// Compiles the kernel of a stage, once.
+    /// Compiles the kernel of a stage, unless it exists.
     pub fn make(&mut self, gpu: &Gpu, variant: Variant, shape: &Shape) -> Result<(), GpuError> {
         if !self.stages.contains_key(shape) {
             self.stages.insert(shape.clone(), Lcp::make(gpu, variant.stage(shape))?);
@@ -101,7 +101,7 @@ impl Kernels {
         self.stages.get(shape)
     }
 
-    /// Compiles the kernel of one workgroup's rounds, once.
+    /// Compiles the kernel of one workgroup's rounds, unless it exists.
     pub fn make_straight(&mut self, gpu: &Gpu, variant: Variant, shapes: &[Shape]) -> Result<(), GpuError> {
         if !self.straight.contains_key(shapes) {
             self.straight.insert(shapes.to_vec(), Lcp::make(gpu, variant.straight(shapes))?);
@@ -115,7 +115,7 @@ impl Kernels {
 }
 
 impl Variant {
-    /// What a device computes such problems with.
+    /// The properties with which a device solves such problems.
     pub fn of(gpu: &Gpu, precision: Precision, planar: bool, slots: Slots) -> Self {
         let small_workgroup = if gpu.is_software() { SMALL_WORKGROUP_ON_SOFTWARE } else { SMALL_WORKGROUP };
         Variant { precision, planar, slots, small_workgroup }
@@ -216,7 +216,7 @@ impl Variant {
         source.text(&text)
     }
 
-    /// What the local LCPs of clusters need.
+    /// Adds the code for the local LCPs of clusters.
     fn in_clusters(&self, source: Source) -> Source {
         let shift = (pair_block_cg::ROUNDING * self.precision.epsilon()).max(pair_block_cg::REGULARIZATION);
         source
@@ -233,7 +233,7 @@ impl Variant {
             .include(fragment!("lcp/cluster.wgsl"))
     }
 
-    /// What one workgroup needs for a small problem, with the small problems of pairs or without them.
+    /// The code of one workgroup that solves a small problem, with or without the small problems of pairs.
     fn in_one_workgroup(&self, name: &str, pairs: bool) -> Source {
         let mut source = self
             .instructions(self.reducing(name, self.small_workgroup))
@@ -260,7 +260,7 @@ impl Variant {
         source
     }
 
-    /// The kernel of one workgroup that reads what it does from a program.
+    /// The kernel of one workgroup that reads its instructions from a program.
     pub fn small(&self) -> Source {
         let numbers = match self.small_workgroup {
             SMALL_WORKGROUP_ON_SOFTWARE => fragment!("lcp/numbers_in_storage.wgsl"),
@@ -278,7 +278,7 @@ impl Variant {
         source.include(fragment!("lcp/main_small.wgsl"))
     }
 
-    /// The kernel of one workgroup that does these elements round after round.
+    /// The kernel of one workgroup that executes these elements round after round.
     pub fn straight(&self, shapes: &[Shape]) -> Source {
         let source = self.in_one_workgroup("rounds", shapes.iter().any(Shape::has_block));
         let text = straight_line(shapes, |x| source.literal(x));
@@ -376,7 +376,7 @@ mod tests {
     }
 
     fn check_generated(exact: bool) {
-        // All actions before and after pairs, and after a product, with constants and with computed numbers.
+        // All actions before and after pairs, and after a product, with constants and with computed scalars.
         let mut tape = Tape::new(true, exact);
         let computed = tape.sum(Action::Dot, [7, 8, 8]);
         let all = |tape: &mut Tape| {
@@ -419,7 +419,7 @@ mod tests {
                     && (v.slots.low.is_some() || !shape.is_exact())
             };
             shapes().filter(possible).for_each(|shape| check(&v.stage(shape)));
-            // In one workgroup without what only dispatches can do.
+            // In one workgroup, without the operations that only dispatches support.
             let alone = |shape: &&Shape| {
                 let chooses = matches!(shape.work, ShapeWork::Bodies { instead: Some(_), .. });
                 !shape.is_clusters() && !shape.gathers() && !chooses

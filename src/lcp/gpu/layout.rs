@@ -4,33 +4,33 @@ use super::number::RING;
 use crate::gpu::{Precision, arguments};
 use crate::lcp::SolverKind;
 
-/// The most sums that one stage makes.
+/// The largest number of sums that one stage computes.
 pub(super) const REDUCTIONS: u32 = 8;
 
-/// The most constants of a tape.
+/// The largest number of constants of a tape.
 pub(super) const CONSTANTS: u32 = 32;
 
-/// The most residuals that are noted and not read yet: their places are a ring.
+/// The largest number of recorded residuals that were not read yet: they are stored in a ring.
 pub(super) const LOOKS: u32 = 128;
 
-/// The place of the first constant among the numbers.
+/// The offset of the first constant among the scalars.
 pub(super) const FIRST_CONSTANT: u32 = RING;
 
-/// The place of the number of the look that ended the batch, counted from one over the solve; zero until a look ends
-/// it. The residuals of the looks follow it.
+/// The offset of the number of the check that ended the batch, counted from one over the solve; zero until a check ends
+/// it. The residuals of the checks follow it.
 pub(super) const HALT: u32 = FIRST_CONSTANT + CONSTANTS;
 
-/// How many numbers the device holds.
+/// The number of scalars on the device.
 pub(super) const NUMBERS: u32 = HALT + 1 + LOOKS;
 
 /// Words of the grids of indirect dispatches: three for rows and pairs, three for bodies.
 pub(super) const GRID_WORDS: usize = 6;
 
-/// The most vectors and numbers that one stage uses: a dispatch passes their places.
+/// The largest number of vectors and scalars that one stage uses: a dispatch passes their offsets.
 pub(super) const MOST_VECTORS: usize = 32;
 pub(super) const MOST_NUMBERS: usize = 32;
 
-/// The places of the vectors that every solve has, and of those that one kind of solver adds.
+/// The offsets of the vectors that every solve has, and of those that only some solvers have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slots {
     pub q: u32,
@@ -43,15 +43,15 @@ pub(super) struct Slots {
     pub majorant: Option<[u32; 2]>,
     /// The coupling of the two rows of a pair.
     pub coupling: Option<u32>,
-    /// What rounding has left off the iterate.
+    /// The rounding error of the iterate.
     pub low: Option<u32>,
     /// Whether problems are divided into clusters.
     pub clusters: bool,
-    /// The first place that a method may use.
+    /// The first offset that a method may use.
     pub free: u32,
 }
 
-/// The places of two of them, the same for all kinds.
+/// The offsets of two of them, the same for all solvers.
 pub(super) const DIAGONAL: u32 = 1;
 pub(super) const X: u32 = 3;
 
@@ -92,15 +92,15 @@ arguments! {
     pub(super) struct Parameters {
         rows: u32, pairs: u32, bodies: u32, stride: u32, groups: u32, looks: u32, base: u32, sums_from: u32,
         sums_into: u32, first: u32, last: u32, zero: u32,
-        /// Places of vectors, four in a word.
+        /// Offsets of vectors, four per word.
         vectors: [u32; MOST_VECTORS / 4],
-        /// Places of numbers, two in a word.
+        /// Offsets of scalars, two per word.
         numbers: [u32; MOST_NUMBERS / 2],
     }
 }
 
 impl Parameters {
-    /// Passes the places of a stage's vectors and numbers.
+    /// Sets the offsets of a stage's vectors and scalars.
     pub fn pass(&mut self, vectors: &[u32], numbers: &[u32]) {
         for (nth, place) in vectors.iter().enumerate() {
             self.vectors[nth / 4] |= place << (8 * (nth % 4));

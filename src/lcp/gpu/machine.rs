@@ -18,24 +18,24 @@ use super::straight::{self, Part};
 use crate::gpu::{Gpu, GpuError, Precision, WORKGROUP};
 use std::ops::Range;
 
-/// Workgroups of a stage at most; beyond, invocations take several rows. Each of them brings the partial sums of all
-/// together, so that very many cost more than they gain. On lavapipe 2 to 64 cost the same within the noise at 2,900
-/// rows; others were not measured on hardware.
+/// The largest number of workgroups of a stage; with more rows, invocations process several rows. Each workgroup
+/// reduces the partial sums of all, so a very large number costs more than it gains. On lavapipe 2 to 64 cost the same
+/// within the noise at 2,900 rows; others were not measured on hardware.
 pub(super) const MOST_GROUPS: u64 = 512;
 
-/// Rows or bodies up to which one workgroup does it all, unless set otherwise. Pairs of eight rows may need
-/// 60,000 rounds for a pass over so many rows, and drivers before Mesa 23 end loops after 65,535. On lavapipe with two
-/// threads a colony to 1,024 cells (3,300 rows) took 206 s, and with twice as many rows, where the driver does not end
-/// loops, 140.
+/// The largest number of rows or bodies of a problem that one workgroup solves, unless set otherwise. Pairs of eight
+/// rows may need 60,000 rounds for a pass over this many rows, and drivers before Mesa 23 end loops after 65,535. On
+/// lavapipe with two threads a colony to 1,024 cells (3,300 rows) took 206 s; with twice this limit, on a driver that
+/// does not end loops, 140 s.
 const LARGEST_SMALL_ON_SOFTWARE: u64 = 2048;
 
-/// The same on hardware, where one workgroup is a small part of the device. On an NVIDIA H200 an iteration of 32 to 512
-/// rows took 0.4 to 1.0 of the time of dispatches in f32, and 0.6 to 1.6 in f64, where 256 rows are even.
+/// The same on hardware, where one workgroup is a small part of the device. On an NVIDIA H200, an iteration of 32 to
+/// 512 rows took 0.4 to 1.0 of the time of dispatches in f32, and 0.6 to 1.6 in f64, where 256 rows take the same time.
 const LARGEST_SMALL: u64 = 128;
 
-/// Looks of the first batch and of the others. A solve of `n` iterations then waits at most `2 + n / 64` times, some
-/// refused claims included, and one that needs few wastes little: what follows the last iteration costs some empty
-/// dispatches.
+/// Checks in the first batch and in the others. A solve of `n` iterations then waits at most `2 + n / 64` times,
+/// including some for refuted candidates. A solve with few iterations wastes little: the stages after the last
+/// iteration cost only empty dispatches.
 const LOOKS_OF_BATCHES: [usize; 2] = [16, 80];
 
 pub(crate) struct Machine {
@@ -43,36 +43,36 @@ pub(crate) struct Machine {
     pub(super) kernels: Kernels,
     pub(super) memory: Memory,
     pub largest_small: u64,
-    /// Workgroups of a stage at most.
+    /// The largest number of workgroups of a stage.
     pub most_groups: u64,
-    /// Looks of the first batch of a solve and of the others; of a small problem at most so many.
+    /// The numbers of checks in the first batch of a solve and in the others; upper limits for a small problem.
     pub looks: [usize; 2],
-    /// Looks that the last solve of a small problem needed.
+    /// The number of checks that the last solve of a small problem needed.
     pub last_looks: usize,
-    /// How many clusters the problem has.
+    /// The number of clusters of the problem.
     pub(super) clusters_made: u64,
 }
 
-/// The gradient `g` at `x` is made afresh, and the residual there.
+/// A confirmation: the gradient `g` at `x` is recomputed, and the residual there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Confirmation {
     pub x: u32,
     pub low: Option<u32>,
     pub g: u32,
-    /// The place of the number that becomes the residual.
+    /// The offset of the scalar that becomes the residual.
     pub residual: u32,
 }
 
-/// What a run starts with and what it reads.
+/// The start of a run, and the values to read after it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Task {
-    /// How many vectors there are.
+    /// The number of vectors.
     pub vectors: u32,
-    /// Whether no look has ended the batch yet.
+    /// Whether no check has ended the batch yet.
     pub afresh: bool,
-    /// What is done afterwards, if a look ended the batch.
+    /// The confirmation to execute after the run, if a check ended the batch.
     pub confirm: Option<Confirmation>,
-    /// Ranges of numbers to read.
+    /// Ranges of scalars to read.
     pub read: Vec<Range<u32>>,
 }
 
@@ -117,7 +117,7 @@ impl Machine {
         Ok(self.precision().decode(&read[0]))
     }
 
-    /// Makes the clusters of a problem, from its pairs, which are read back.
+    /// Creates the clusters of a problem from its pairs, which are read back.
     pub fn make_clusters(&mut self, gpu: &Gpu, problem: &DeviceProblem) -> Result<(), GpuError> {
         let mut record = gpu.record();
         record.stage("lcp-clusters");
@@ -136,14 +136,14 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether one workgroup does it all. How many slots are empty has no part in it: it follows from when candidates
-    /// were searched for, which differs between a run and one that goes on from its state, and the two ways round
-    /// differently.
+    /// Whether one workgroup solves the problem. This does not depend on the number of empty slots: that number depends
+    /// on when candidates were searched, which differs between a run and one that continues from its state, and the two
+    /// paths round differently.
     pub fn is_small(&self, problem: &DeviceProblem) -> bool {
         !self.variant.slots.clusters && problem.rows.max(problem.bodies) <= self.largest_small
     }
 
-    /// Runs a segment on a problem, and reads numbers.
+    /// Runs a segment on a problem, and reads scalars.
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -181,8 +181,8 @@ impl Machine {
         Ok(read.iter().flat_map(|bytes| self.variant.precision.decode(bytes)).collect())
     }
 
-    /// Writes the constants of a tape; where no look has ended the batch yet, also that none has, and how many
-    /// workgroups stages have until one does.
+    /// Writes the constants of a tape. With `afresh`, also resets the mark of the check that ended the batch, and sets
+    /// the number of workgroups of stages until a check ends it.
     fn write_numbers(&self, gpu: &Gpu, constants: &[f64], afresh: Option<[u64; 2]>) {
         let precision = self.variant.precision;
         let numbers = |from: u32, numbers: &[f64]| {
@@ -197,7 +197,7 @@ impl Machine {
         numbers(FIRST_CONSTANT, constants);
     }
 
-    /// Writes a segment as the program of one workgroup, whose kernels are compiled. Returns the parts of it.
+    /// Writes a segment as the program of one workgroup and compiles its kernels. Returns its parts.
     fn program(
         &mut self,
         gpu: &Gpu,
@@ -223,7 +223,7 @@ impl Machine {
         Ok(program.parts)
     }
 
-    /// The arguments of all stages, whose kernels are compiled.
+    /// The arguments of all stages; compiles their kernels.
     fn arguments(
         &mut self,
         gpu: &Gpu,

@@ -1,4 +1,4 @@
-//! The buffers of a machine, by the names that kernels know them by.
+//! The buffers of a machine, by their names in kernels.
 
 use super::kernels::{MOST_EXACT, Variant};
 use super::layout::{GRID_WORDS, NUMBERS, REDUCTIONS};
@@ -7,27 +7,27 @@ use super::problem::DeviceProblem;
 use super::straight::ELEMENT_WORDS;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays};
 
-/// Partial sums of one stage, of the next, and of what confirms a look.
+/// Partial sums of one stage, of the next one, and of the confirmation of a check.
 const PARTS: u64 = 3;
 
-/// What kernels work with beside the problem.
+/// The working memory of kernels, in addition to the problem.
 pub(super) struct Memory {
     pub program: Buffer,
-    /// Where the vectors and numbers of repeated elements are.
+    /// The offsets of the vectors and scalars of repeated elements.
     pub rounds: Buffer,
     pub scalars: Buffer,
     pub vectors: Buffer,
     partial: Buffer,
     pub grid: Buffer,
     gathered: Buffer,
-    /// What rounding has left off the velocities.
+    /// The rounding error of the velocities.
     velocity_rest: Buffer,
     pub lists: Buffer,
-    /// The blocks of pairs of more than two rows.
+    /// The blocks of pairs with more than two rows.
     entries: Buffer,
-    /// Where each row's pair ends, marked at its first row.
+    /// The end of each row's pair, with a mark at its first row.
     span: Buffer,
-    /// The tables of clusters, and what their local LCPs lead to.
+    /// The tables of clusters, and the displacements from their local LCPs.
     pub clusters: Buffer,
     pub part_start: Buffer,
     pub displacement: Buffer,
@@ -61,7 +61,7 @@ impl Memory {
         })
     }
 
-    /// Makes room for a problem and so many vectors of it, where one workgroup does it all or not (`small`).
+    /// Reserves memory for a problem and this many vectors; `small` if one workgroup solves it.
     pub fn reserve(
         &mut self,
         record: &mut Recorder<'_>,

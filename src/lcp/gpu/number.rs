@@ -9,17 +9,17 @@ use crate::lcp::verbs::Scalar;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Numbers in the ring.
+/// Scalars in the ring.
 pub(super) const RING: u32 = 512;
 
-/// Numbers after which one counts as overwritten.
+/// The number of newer scalars after which one counts as overwritten.
 const KEPT: u32 = RING / 2;
 
-/// What is done with numbers, by `shaders/lcp/numbers.wgsl`.
+/// An operation on scalars, as in `shaders/lcp/numbers.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub(super) enum Operation {
-    /// Takes the sum (or least, or worst) number `a` of the reductions just made.
+    /// Takes the sum (or least, or worst) number `a` of the last reductions.
     Take,
     Add,
     Sub,
@@ -33,7 +33,7 @@ pub(super) enum Operation {
 }
 
 impl Operation {
-    /// All, in their order.
+    /// All operations, in order.
     pub const ALL: [Operation; 10] = [
         Operation::Take,
         Operation::Add,
@@ -64,14 +64,14 @@ impl Operation {
     }
 }
 
-/// A number known here, or the nth one on the device.
+/// A scalar that is known on the host, or the nth one on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Number {
     Known(f64),
     At(u32),
 }
 
-/// One operation noted.
+/// A recorded operation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Noted {
     pub operation: Operation,
@@ -90,12 +90,12 @@ thread_local! {
     static NOTES: RefCell<Notes> = RefCell::default();
 }
 
-/// What was noted since the last call.
+/// The operations recorded since the last call.
 pub(super) fn drain(to: &mut Vec<Noted>) {
     NOTES.with_borrow_mut(|notes| to.append(&mut notes.noted));
 }
 
-/// A new number: how many there were before it.
+/// A new scalar: its number is that of the scalars before it.
 pub(super) fn new() -> u32 {
     NOTES.with_borrow_mut(|notes| {
         let nth = notes.next;
@@ -104,7 +104,7 @@ pub(super) fn new() -> u32 {
     })
 }
 
-/// Where the nth number is in the ring.
+/// The offset of the nth scalar in the ring.
 pub(super) fn place(nth: u32) -> u32 {
     if NOTES.with_borrow(|notes| notes.next.wrapping_sub(nth)) > KEPT {
         report("a solver kept a number for longer than the device does");
@@ -112,7 +112,7 @@ pub(super) fn place(nth: u32) -> u32 {
     nth % RING
 }
 
-/// Notes that a solver does what a device cannot: its solve ends with this fault.
+/// Reports that a solver does something that a device does not support: its solve ends with this fault.
 pub(super) fn report(misuse: &'static str) {
     NOTES.with_borrow_mut(|notes| notes.misuse = Some(misuse));
 }
@@ -128,7 +128,7 @@ fn note(operation: Operation, a: Number, b: Number, c: Number) -> Number {
     Number::At(out)
 }
 
-/// A number on the device that is `x`.
+/// A scalar on the device with the value `x`.
 pub(super) fn made(x: f64) -> Number {
     note(Operation::Add, Number::Known(x), Number::Known(0.0), Number::Known(0.0))
 }

@@ -5,7 +5,7 @@ use crate::lcp::Problem;
 use crate::lcp::incidence::Incidence;
 use crate::lcp::pair_blocks::{self, sorted};
 
-/// One LCP on the device: as [`Problem`], with the rows of a pair together.
+/// One LCP on the device: as [`Problem`], with the rows of each pair together.
 ///
 /// The caller owns the buffers. Each has room for at least the elements given here; kernels ignore the rest.
 pub struct DeviceProblem {
@@ -17,26 +17,26 @@ pub struct DeviceProblem {
     pub pairs: u64,
     /// Whether a body has three unknowns (x, y, turn) instead of six.
     pub planar: bool,
-    /// The two bodies of each row: two words. A second number from `bodies` on is a surface without mobility: its block
-    /// is zero, and no list has it.
+    /// The two bodies of each row: two words. A second number of at least `bodies` is a surface without mobility: its
+    /// block is zero, and it is in no list.
     pub pair: Buffer,
-    /// The two blocks of each row of `J`, in vectors of four numbers: one vector a block in the plane (x, y, turn, 0),
-    /// else two (linear, angular).
+    /// The two blocks of each row of `J`, in vectors of four numbers: one vector per block in the plane (x, y,
+    /// rotation, 0), otherwise two (linear, angular).
     pub jacobian: Buffer,
     /// The offset `q` of each row: `g` at `gamma = 0`.
     pub q: Buffer,
-    /// The first row of each slot, and the number of rows at the end: one word a slot and one more. Every row belongs
-    /// to a slot, and the slots' rows follow each other.
+    /// The first row of each slot, and the number of rows at the end: one word per slot plus one. Every row belongs to
+    /// a slot, and the rows are in the order of the slots.
     pub block_start: Buffer,
     /// The first entry of each body's list in `incidence`, and the number of entries at the end.
     pub incidence_start: Buffer,
-    /// `2 row + side` for each row of a body, ascending; `side` is the body's place in the row's pair. Two words a row
-    /// at most.
+    /// `2 row + side` for each row of a body, ascending; `side` is the body's position in the row's pair. At most two
+    /// words per row.
     pub incidence: Buffer,
-    /// The multiplier of each row: first the warm start, where negative and infinite numbers count as zero, then the
-    /// result.
+    /// The multiplier of each row: before the solve the warm start, in which negative and infinite numbers count as
+    /// zero; after it the result.
     pub gamma: Buffer,
-    /// `J^T gamma` of the result: for each body one vector of four numbers in the plane, else two.
+    /// `J^T gamma` of the result: one vector of four numbers per body in the plane, otherwise two.
     pub velocity: Buffer,
 }
 
@@ -46,13 +46,13 @@ arrays! { DeviceProblem {
 } }
 
 impl DeviceProblem {
-    /// Numbers from one vector of rows to the next.
+    /// The stride from one vector of rows to the next.
     pub(super) fn stride(&self) -> u64 {
         self.rows.next_multiple_of(64)
     }
 
     /// Uploads a problem and a warm start, whose missing numbers are zero. Also returns the order of the rows on the
-    /// device: for each its place in `problem`.
+    /// device: for each row its index in `problem`.
     ///
     /// # Errors
     /// [`GpuError::Limit`], [`GpuError::OutOfMemory`], [`GpuError::NoF64`].
@@ -74,7 +74,7 @@ impl DeviceProblem {
         let mut incidence = Incidence::default();
         incidence.rebuild(problem.bodies, &pair);
         let blocks = order.iter().flat_map(|row| &problem.jacobian[*row as usize]);
-        // Three or six numbers, each three with a zero after them.
+        // Three or six numbers, with a zero after each three.
         let padded = blocks.flat_map(|block| block.chunks(3).flat_map(|part| [part[0], part[1], part[2], 0.0]));
         let width = if planar { 1 } else { 2 };
         let words =
@@ -99,7 +99,7 @@ impl DeviceProblem {
         Ok((device, order))
     }
 
-    /// Reads `gamma` back, into the order of rows that the problem was uploaded from.
+    /// Reads `gamma` back, in the order of rows of the uploaded problem.
     ///
     /// # Errors
     /// The fault that the device reported.
@@ -113,7 +113,7 @@ impl DeviceProblem {
         Ok(gamma)
     }
 
-    /// Reads `velocity` back: for each body three numbers in the plane, else six.
+    /// Reads `velocity` back: three numbers per body in the plane, otherwise six.
     ///
     /// # Errors
     /// The fault that the device reported.

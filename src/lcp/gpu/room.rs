@@ -4,19 +4,19 @@ use super::layout::{CONSTANTS, FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
 use super::number::Operation;
 use super::stage::{Action, Block, Bodies, Clusters, Rows, Stage, Words, Work};
 
-/// So many instructions and operations fit in any case: each uses four vectors and three numbers at most.
+/// This many instructions and operations always fit: each uses at most four vectors and three scalars.
 const FEW: usize = 6;
 
-/// The vectors and numbers that a stage uses so far. It is kept up as the stage grows: solvers write a hundred thousand
-/// instructions a second, and to count them anew each time took a seventh of the time of steps of 64 cells.
+/// The vectors and scalars that a stage uses so far. It is updated as the stage grows: solvers write a hundred thousand
+/// instructions per second, and a new count each time took a seventh of the time of steps of 64 cells.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Room {
-    /// Instructions and operations.
+    /// The number of instructions and operations.
     count: usize,
     vectors: Vec<u32>,
-    /// Numbers that were made before the stage, and constants that differ from solve to solve.
+    /// Scalars that were computed before the stage, and constants that differ between solves.
     numbers: Vec<u32>,
-    /// Numbers that the stage's own operations make.
+    /// Scalars that the stage's own operations compute.
     made: Vec<u32>,
 }
 
@@ -27,7 +27,7 @@ fn note(list: &mut Vec<u32>, place: u32) {
 }
 
 impl Room {
-    /// Of a whole stage.
+    /// The vectors and scalars of a whole stage.
     pub fn of(stage: &Stage) -> Self {
         let mut room = Room::default();
         stage.operations.iter().for_each(|words| room.operation(words));
@@ -35,7 +35,7 @@ impl Room {
         room
     }
 
-    /// Adds what a stage does after its operations.
+    /// Adds the work that a stage executes after its operations.
     pub fn work(&mut self, work: &Work) {
         match work {
             Work::Rows(Rows { product, gather, before, block, after, .. }) => {
@@ -86,14 +86,14 @@ impl Room {
         self.number(t);
     }
 
-    /// Adds an operation on numbers.
+    /// Adds an operation on scalars.
     pub fn operation(&mut self, words: &[u32; 4]) {
         let [head, a, b, c] = *words;
         self.count += 1;
         let kind = head & 0xff;
         if kind != Operation::Take as u32 {
             self.number(a);
-            // The last word of a look is its number; its tolerance is passed though it is a constant.
+            // The last word of a check is its number; its tolerance is a parameter although it is a constant.
             if kind == Operation::Look as u32 {
                 self.given(b);
             } else {
@@ -110,19 +110,19 @@ impl Room {
         }
     }
 
-    /// A number that is passed even where it is a constant.
+    /// Adds a scalar that is a parameter even if it is a constant.
     fn given(&mut self, place: u32) {
         if !self.made.contains(&place) {
             note(&mut self.numbers, place);
         }
     }
 
-    /// How many vectors and numbers a dispatch passes.
+    /// The numbers of vectors and scalars that a dispatch passes.
     pub fn places(&self) -> [usize; 2] {
         [self.vectors.len(), self.numbers.len()]
     }
 
-    /// Whether the parameters of a dispatch might not do for one more instruction or operation.
+    /// Whether the parameters of a dispatch may not suffice for one more instruction or operation.
     pub fn is_full(&self) -> bool {
         let [vectors, numbers] = self.places();
         self.count > FEW && !(vectors + 4 <= MOST_VECTORS && numbers + 3 <= MOST_NUMBERS)

@@ -1,4 +1,4 @@
-//! One run of a segment: its dispatches in their order.
+//! One run of a segment: its dispatches in order.
 
 use super::kernels::{Lcp, LcpArgs};
 use super::layout::{Parameters, REDUCTIONS};
@@ -17,11 +17,11 @@ pub(super) struct Run<'a, 'g> {
     problem: &'a DeviceProblem,
     pub record: Recorder<'g>,
     base: Parameters,
-    /// Workgroups for rows, and for bodies.
+    /// The numbers of workgroups for rows and for bodies.
     groups: [u64; 2],
-    /// Rows, and bodies, beyond one an invocation.
+    /// The numbers of rows and of bodies beyond one per invocation.
     beyond: [u64; 2],
-    /// Whether a look was made, so that the rest may be skipped.
+    /// Whether a check was recorded, so that the remaining stages may be skipped.
     looked: bool,
 }
 
@@ -47,9 +47,10 @@ impl<'a, 'g> Run<'a, 'g> {
         }
     }
 
-    /// One dispatch a stage.
+    /// Records one dispatch per stage.
     pub fn large(&mut self, segment: &Segment, confirmation: &[Stage], arguments: &[StageArguments]) {
-        // Where in the partial sums a stage leaves its own: by turns, so that those before it are still there.
+        // Where a stage stores its partial sums: in alternating ranges, because those of the stage before are still
+        // needed.
         let part = |nth: u64| (nth * u64::from(REDUCTIONS) * self.groups[0]) as u32;
         let [even, odd, last] = [0, 1, 2].map(part);
         let mut looks = segment.looks_before;
@@ -82,7 +83,8 @@ impl<'a, 'g> Run<'a, 'g> {
         }
     }
 
-    /// Dispatches a stage: directly, until it may have to be skipped. A workgroup of a cluster finds that out itself.
+    /// Dispatches a stage: directly until a check may have ended the batch, then indirectly. A workgroup of a cluster
+    /// tests this itself.
     fn dispatch(&mut self, arguments: &StageArguments, mut parameters: Parameters) {
         let (machine, shape) = (self.machine, &arguments.shape);
         parameters.base = arguments.base;
@@ -94,7 +96,7 @@ impl<'a, 'g> Run<'a, 'g> {
             ShapeWork::Clusters { .. } => {
                 let clusters = machine.clusters_made;
                 parameters.first = clusters as u32;
-                // Each step is about as long as another stage.
+                // Each step takes about as long as another stage.
                 (groups, beyond) = (clusters.max(1), LOCAL_STEPS as u64 * clusters * u64::from(WORKGROUP));
             }
             ShapeWork::Rows { .. } | ShapeWork::Bodies { .. } => {}
@@ -108,7 +110,7 @@ impl<'a, 'g> Run<'a, 'g> {
         self.looked |= shape.looks();
     }
 
-    /// One workgroup for all stages, in dispatches that are long but not too long.
+    /// One workgroup executes all stages, in dispatches of limited length.
     pub fn small(&mut self, parts: &[Part]) {
         let (kernels, problem) = (&self.machine.kernels, self.problem);
         for part in parts {
@@ -146,7 +148,7 @@ impl<'a, 'g> Run<'a, 'g> {
         self.call(kernel, Size::Groups(1), parameters);
     }
 
-    /// All lists in one buffer: a kernel may have only eight.
+    /// All lists in one buffer, because a kernel may have only eight.
     fn make_lists(&mut self) {
         let (problem, lists) = (self.problem, &self.machine.memory.lists);
         let parts = [

@@ -8,26 +8,26 @@ use super::layout::FIRST_CONSTANT;
 use super::number::{Operation, RING};
 use super::stage::{Action, Block, Bodies, Clusters, Gather, Product, Rows, Stage, Words, Work};
 
-/// A number that a stage uses.
+/// A scalar that a stage uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Operand {
     /// A constant, by its bits.
     Constant(u64),
-    /// A number made before: a parameter of the dispatch.
+    /// A scalar computed earlier: a parameter of the dispatch.
     Parameter(u32),
-    /// What the stage's own nth operation made.
+    /// The result of the stage's own nth operation.
     Made(u32),
 }
 
-/// An operation on numbers.
+/// An operation on scalars.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct NumberLine {
     pub operation: Operation,
     pub operands: [Operand; 3],
-    /// Which sum of the stage before a [`Operation::Take`] takes.
+    /// The sum of the stage before that a [`Operation::Take`] takes.
     pub sum: u32,
-    /// The place of what it makes, counted on round the ring from the first one that the stage makes. Of a look: how
-    /// many looks of the stage are before it.
+    /// The offset of the result in the ring, counted from the first scalar that the stage computes. For a check: the
+    /// number of checks of the stage before it.
     pub out: u32,
 }
 
@@ -40,14 +40,14 @@ pub(super) struct Line {
     pub numbers: [Operand; 2],
 }
 
-/// A stage without the places of its vectors and numbers.
+/// A stage without the offsets of its vectors and scalars.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Shape {
-    /// The kinds of the sums of the stage before, where this one takes some.
+    /// The kinds of the sums of the stage before, if this stage takes some.
     pub taken: Vec<u32>,
     pub numbers: Vec<NumberLine>,
     pub work: ShapeWork,
-    /// Whether it is done only after a look ended the batch.
+    /// Whether it is executed only after a check has ended the batch.
     pub confirms: bool,
 }
 
@@ -63,9 +63,10 @@ pub(super) enum ShapeWork {
     #[default]
     Numbers,
     Rows {
-        /// The product whose rows come first.
+        /// The product whose rows are computed first.
         product: Option<Product>,
-        /// Where the number is positive, the second vector becomes what the clusters lead to, else the first.
+        /// If the scalar is positive, the second vector becomes the sum of the clusters' displacements, otherwise the
+        /// first vector.
         gather: Option<(Operand, [u32; 2])>,
         before: Vec<Line>,
         block: Option<Block>,
@@ -85,13 +86,13 @@ pub(super) enum ShapeWork {
     },
 }
 
-/// A stage's shape, and the places of its vectors and numbers.
+/// A stage's shape, and the offsets of its vectors and scalars.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StageArguments {
     pub shape: Shape,
     pub vectors: Vec<u32>,
     pub numbers: Vec<u32>,
-    /// The place of the first number that the stage makes.
+    /// The offset of the first scalar that the stage computes.
     pub base: u32,
 }
 
@@ -104,16 +105,16 @@ fn place(of: u32, list: &mut Vec<u32>) -> u32 {
 }
 
 impl StageArguments {
-    /// The arguments of a stage after one that makes sums of these kinds. Stages that prepare or export have none.
+    /// The arguments of a stage that follows one with sums of these kinds. Stages that prepare or export have none.
     pub fn of(constants: &[f64], stage: &Stage, taken: &[u32]) -> StageArguments {
         let mut arguments = StageArguments::of_operations(constants, &stage.operations, taken);
-        // The places of what the operations made.
+        // The offsets of the results of the operations.
         let made: Vec<u32> = stage.operations.iter().map(|words| words[0] >> 8).collect();
         arguments.work(constants, &made, &stage.work);
         arguments
     }
 
-    /// Of operations alone, after a stage that makes sums of these kinds.
+    /// The arguments of operations alone, after a stage with sums of these kinds.
     pub fn of_operations(constants: &[f64], operations: &[[u32; 4]], taken: &[u32]) -> StageArguments {
         let mut arguments = StageArguments::default();
         arguments.operations(constants, operations);
@@ -123,7 +124,7 @@ impl StageArguments {
         arguments
     }
 
-    /// Of work alone.
+    /// The arguments of work alone.
     pub fn of_work(constants: &[f64], work: &Work) -> StageArguments {
         let mut arguments = StageArguments::default();
         arguments.work(constants, &[], work);
@@ -169,7 +170,7 @@ impl StageArguments {
         for words in operations {
             let [head, a, b, c] = *words;
             let operation = kind(words);
-            // The last word of a look is its number.
+            // The last word of a check is its number.
             let used = match operation {
                 Operation::Take => [None; 3],
                 Operation::Look => [Some(a), Some(b), None],
@@ -191,7 +192,7 @@ impl StageArguments {
         }
     }
 
-    /// A number at a place, where the operations so far made those at other places.
+    /// The operand for a scalar at an offset; `made` has the offsets of the results so far.
     fn operand(&mut self, constants: &[f64], made: &[u32], number: u32) -> Operand {
         if let Some(constant) = constants.get((number.wrapping_sub(FIRST_CONSTANT)) as usize) {
             return Operand::Constant(constant.to_bits());
@@ -199,8 +200,8 @@ impl StageArguments {
         self.given(made, number)
     }
 
-    /// The same of a number that differs from solve to solve, such as a tolerance: as a constant of the kernel it would
-    /// have a kernel compiled for every solve.
+    /// The same for a scalar that differs between solves, such as a tolerance: as a constant of the kernel, it would
+    /// require a new kernel for every solve.
     fn given(&mut self, made: &[u32], number: u32) -> Operand {
         match made.iter().rposition(|place| *place == number) {
             Some(nth) => Operand::Made(nth as u32),
@@ -257,12 +258,12 @@ impl Shape {
         }
     }
 
-    /// Whether a look is among its operations.
+    /// Whether a check is among its operations.
     pub fn looks(&self) -> bool {
         self.numbers.iter().any(|line| line.operation == Operation::Look)
     }
 
-    /// How many sums it makes.
+    /// The number of sums that it computes.
     pub fn sums(&self) -> usize {
         match &self.work {
             ShapeWork::Rows { before, after, .. } => {

@@ -24,15 +24,15 @@ pub struct Solver {
     compiled: [bool; 2],
 }
 
-/// The part of the largest small problem from which on a scene is taken to need the kernels of large ones too: crowded
-/// bodies have about three rows each, and slots for more pairs.
+/// The fraction of the largest small problem from which a scene is expected to need the kernels of large problems too:
+/// crowded bodies have about three rows each, and slots for more pairs.
 const SOON_LARGE: u64 = 4;
 
 impl Solver {
-    /// Whether there is a solver of a kind here.
+    /// Whether the device supports a solver.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for kinds that look at the rows one by one.
+    /// [`GpuError::Unsupported`] for solvers that process the rows one by one.
     pub fn check(kind: SolverKind) -> Result<(), GpuError> {
         let what = match kind {
             SolverKind::ProjectedGaussSeidel => "solver projected_gauss_seidel",
@@ -48,10 +48,11 @@ impl Solver {
         Err(GpuError::Unsupported { what: what.into() })
     }
 
-    /// A solver of a kind; [`SolverKind::Auto`] is as on the CPU. It solves planar problems, or others.
+    /// A solver of a kind, for planar or spatial problems; [`SolverKind::Auto`] is `pair_block_cg`, without a fallback.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for kinds that look at the rows one by one, [`GpuError::NoF64`], [`GpuError::Kernel`].
+    /// [`GpuError::Unsupported`] for solvers that process the rows one by one, [`GpuError::NoF64`],
+    /// [`GpuError::Kernel`].
     pub fn new(
         gpu: &Gpu,
         precision: Precision,
@@ -64,8 +65,8 @@ impl Solver {
         Ok(Solver { kind, settings, machine, compiled: [false; 2] })
     }
 
-    /// Compiles the kernels that so many bodies need, where that is not done yet, so that no solve waits for a
-    /// compiler. It iterates on a small problem for as long as new kernels may be met.
+    /// Compiles the kernels for this many bodies, unless this was done before, so that no solve waits for a compiler.
+    /// It iterates on a small problem until no new kernels can occur.
     ///
     /// # Errors
     /// As [`Solver::solve`].
@@ -82,7 +83,8 @@ impl Solver {
         Ok(())
     }
 
-    /// Iterates on a chain of three bodies, two batches and more: no residual is below zero.
+    /// Iterates on a chain of three bodies for more than two batches. It does not converge, because no residual is
+    /// negative.
     fn iterate_on_chain(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         let precision = self.machine.precision();
         let mut problem = match self.machine.planar() {
@@ -97,32 +99,32 @@ impl Solver {
         outcome.map(|_| ())
     }
 
-    /// When the solver stops.
+    /// The stopping criteria.
     pub fn settings(&self) -> Settings {
         self.settings
     }
 
-    /// Sets when the solver stops, from the next problem on.
+    /// Sets the stopping criteria for subsequent problems.
     pub fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
     }
 
-    /// Problems with at most so many rows and bodies are solved by one workgroup from now on.
+    /// Sets the largest number of rows and bodies of a problem that one workgroup solves.
     pub fn set_largest_small(&mut self, largest: u64) {
         self.machine.largest_small = largest;
     }
 
-    /// Reads the residuals of so many iterations at once from now on: first, and later in a solve. The bits of a result
-    /// do not depend on it.
+    /// Sets how many residuals are read at once: in the first batch of a solve, and later. The bits of a result do not
+    /// depend on it.
     pub fn set_looks(&mut self, looks: [usize; 2]) {
         self.machine.looks = looks.map(|looks| looks.clamp(1, LOOKS as usize - 1));
     }
 
-    /// Solves a problem: `gamma` becomes the solution, or the best iterate found, never worse than the start, and
-    /// `velocity` belongs to it.
+    /// Solves a problem. `gamma` becomes the solution, or the best iterate found, which is never worse than the start;
+    /// `velocity` is computed from it.
     ///
     /// # Errors
-    /// The fault that the device reported; [`GpuError::Limit`] where the problem is too large for it.
+    /// The fault that the device reported; [`GpuError::Limit`] if the problem is too large for it.
     pub fn solve(&mut self, gpu: &Gpu, problem: &mut DeviceProblem) -> Result<Outcome, GpuError> {
         check(problem, self.machine.planar())?;
         if problem.rows == 0 {
@@ -160,7 +162,7 @@ impl Solver {
     }
 }
 
-/// The solution without rows, for which the device need not be waited for: no body is pushed.
+/// The solution without rows: all velocities are zero. It requires no wait for the device.
 fn without_rows(gpu: &Gpu, problem: &DeviceProblem, precision: Precision) -> Result<Outcome, GpuError> {
     let numbers = if problem.planar { 4 } else { 8 };
     let mut record = gpu.record();
@@ -186,7 +188,7 @@ fn chain<const D: usize>() -> Problem<D> {
     }
 }
 
-/// The dimension must be the kernels', and numbers of rows must fit an entry.
+/// Checks that the dimension is that of the kernels, and that numbers of rows fit in an entry.
 fn check(problem: &DeviceProblem, planar: bool) -> Result<(), GpuError> {
     if problem.planar != planar {
         return Err(GpuError::Unsupported { what: "solver for both planar and spatial problems".into() });

@@ -3,13 +3,13 @@
 use super::layout::REDUCTIONS;
 use super::number::Operation;
 
-/// How the values of rows are brought together, with their names in kernels.
+/// The kinds of reductions over rows, with their names in kernels.
 const SUM: u32 = 0;
 const LEAST: u32 = 1;
 const WORST: u32 = 2;
 pub(super) const REDUCTION_KINDS: [(&str, u32); 3] = [("SUM", SUM), ("LEAST", LEAST), ("WORST", WORST)];
 
-/// What is done on a row, by `shaders/lcp/instructions.wgsl`.
+/// An operation on one row, as in `shaders/lcp/instructions.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Hash)]
 #[repr(u32)]
 pub(super) enum Action {
@@ -30,7 +30,7 @@ pub(super) enum Action {
 }
 
 impl Action {
-    /// All, in their order.
+    /// All actions, in order.
     pub const ALL: [Action; 14] = [
         Action::Zero,
         Action::Copy,
@@ -48,12 +48,12 @@ impl Action {
         Action::Largest,
     ];
 
-    /// Whether it makes a sum (or least, or worst), not a vector.
+    /// Whether it computes a sum (or least, or worst) instead of a vector.
     pub fn is_sum(self) -> bool {
         self >= Action::Dot
     }
 
-    /// How its values are brought together, by `shaders/lcp/reduce.wgsl`.
+    /// How its values are reduced, as in `shaders/lcp/reduce.wgsl`.
     pub fn kind(self) -> u32 {
         match self {
             Action::Room => LEAST,
@@ -94,20 +94,20 @@ impl Action {
     }
 }
 
-/// One instruction: what, out (of a sum: which one of its stage), three vectors, two numbers.
+/// One instruction: the action, the output (for a sum, its index in the stage), three vectors, two scalars.
 pub(super) type Words = [u32; 8];
 
 /// The work of one dispatch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Stage {
-    /// Operations on numbers, done first. They may take the sums of the stage before.
+    /// Operations on scalars, executed first. They may take the sums of the stage before.
     pub operations: Vec<[u32; 4]>,
     pub work: Work,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Work {
-    /// Operations on numbers alone.
+    /// Only operations on scalars.
     Numbers,
     Rows(Rows),
     /// The local LCPs of the clusters.
@@ -116,9 +116,9 @@ pub(super) enum Work {
     Bodies(Bodies),
     /// Reads the problem.
     PrepareRows,
-    /// Looks at the blocks of pairs.
+    /// Computes the blocks of pairs.
     PreparePairs,
-    /// Brings a vector to `gamma`.
+    /// Copies a vector to `gamma`.
     Export {
         x: u32,
     },
@@ -128,15 +128,15 @@ pub(super) enum Work {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Bodies {
     pub x: u32,
-    /// What rounding has left off it.
+    /// The rounding error of the vector.
     pub low: Option<u32>,
-    /// Where this number is positive, this vector is taken instead.
+    /// If this scalar is positive, this vector is used instead.
     pub instead: Option<[u32; 2]>,
-    /// Whether the velocities are made in two parts.
+    /// Whether the velocities are computed in two parts.
     pub exact: bool,
 }
 
-/// Local LCPs, if a number is positive, each where it is not solved well within a tolerance.
+/// Local LCPs, executed if a scalar is positive; each is skipped if it is already solved well within a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Clusters {
     pub condition: u32,
@@ -145,8 +145,8 @@ pub(super) struct Clusters {
     pub g: u32,
 }
 
-/// The displacements that the clusters before lead to are added up, if a number is positive; else, and for rows in no
-/// cluster, another vector is taken.
+/// The sum of the displacements of the clusters before, if a scalar is positive; otherwise, and for rows in no cluster,
+/// another vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Gather {
     pub condition: u32,
@@ -157,14 +157,14 @@ pub(super) struct Gather {
 /// Work on rows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Rows {
-    /// Before all else the rows of a product, or the sum of displacements.
+    /// The rows of a product, or the sum of displacements, computed first.
     pub product: Option<Product>,
     pub gather: Option<Gather>,
     pub before: Vec<Words>,
     /// The instruction on whole pairs.
     pub block: Option<Block>,
     pub after: Vec<Words>,
-    /// The kinds of the sums that it makes.
+    /// The kinds of the sums that it computes.
     pub kinds: Vec<u32>,
 }
 
@@ -177,8 +177,8 @@ pub(super) struct Product {
     pub exact: bool,
 }
 
-/// `out = argmin over x + out >= 0 of g . out + 1/2 (out - w) . B (out - w)`: the vectors `x`, `w`, `g`, of which one
-/// of the last two is missing and counts as zero.
+/// `out = argmin over x + out >= 0 of g . out + 1/2 (out - w) . B (out - w)`, for the vectors `x`, `w` and `g`. One of
+/// the last two is missing and counts as zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Block {
     pub x: u32,
@@ -201,12 +201,12 @@ impl Stage {
         }
     }
 
-    /// How many looks its operations have.
+    /// The number of checks among its operations.
     pub fn looks(&self) -> u32 {
         self.operations.iter().filter(|words| words[0] & 0xff == Operation::Look as u32).count() as u32
     }
 
-    /// The kinds of the sums that it makes.
+    /// The kinds of the sums that it computes.
     pub fn kinds(&self) -> Vec<u32> {
         match &self.work {
             Work::Rows(rows) => rows.kinds.clone(),
@@ -215,15 +215,15 @@ impl Stage {
     }
 }
 
-/// Stages to be run one after the other.
+/// Stages that are run one after the other.
 #[derive(Debug)]
 pub(super) struct Segment {
     pub stages: Vec<Stage>,
     /// The kinds of the sums of the stage before the first one.
     pub carried: Vec<u32>,
-    /// How many stages were run before.
+    /// The number of stages that were run before.
     pub run: u32,
-    /// Looks before, over the solve, and looks in it.
+    /// The number of checks before, over the solve, and the number of checks in it.
     pub looks_before: u32,
     pub looks: u32,
 }

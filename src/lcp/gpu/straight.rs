@@ -12,26 +12,26 @@ use super::stage::{Rows, Segment, Stage, Words, Work};
 use super::turns::{TURN_WORDS, Turns};
 use std::ops::Range;
 
-/// Words of an element, as `Places` in `shaders/lcp/parameters.wgsl`: a power of two, as parts of an arena begin with
-/// whole elements.
+/// Words of an element, as `Places` in `shaders/lcp/parameters.wgsl`: a power of two, because parts of an arena begin
+/// with whole elements.
 pub(super) const ELEMENT_WORDS: usize = 32;
 
 const _: () = assert!(MOST_VECTORS / 4 + MOST_NUMBERS / 2 + 2 <= ELEMENT_WORDS);
 
-/// Elements of an iteration at most: those of `pair_block_cg` have eight.
+/// The largest number of elements in an iteration: those of `pair_block_cg` have eight.
 const LONGEST_PERIOD: usize = 24;
 
-/// Rounds of loops that one invocation makes in one dispatch, about: some drivers end it at 65,535, and a pair of
-/// eight rows may take six times what is counted for it. With 40,000 a colony of 256 cells takes a fourth of the
-/// dispatches, and 4 % less time.
+/// The approximate number of rounds of loops that one invocation executes in one dispatch: some drivers end an
+/// invocation at 65,535, and a pair of eight rows may take six times its estimate. With 40,000, a colony of 256 cells
+/// takes a fourth of the dispatches, and 4 % less time.
 const MOST_ROUNDS: u64 = 12_000;
 
-/// Rounds for one row in the small problem of its pair, at most but for odd cases.
+/// The largest number of rounds for one row in the small problem of its pair, except in rare cases.
 const ROUNDS_OF_BLOCKS: u64 = 64;
 
-/// What one workgroup is to do, or another stage that has a kernel of its own.
+/// The work of one workgroup, or another stage that has its own kernel.
 pub(super) enum Part {
-    /// What is between two places of the program.
+    /// The turns between two offsets of the program.
     Turns {
         range: Range<u32>,
         confirms: bool,
@@ -40,22 +40,22 @@ pub(super) enum Part {
     Other(Work),
 }
 
-/// Elements that are done in their order, several times.
+/// Elements that are executed in order, several times.
 pub(super) struct Rounds {
     pub shapes: Vec<Shape>,
-    /// Where the first round's elements begin.
+    /// The offset of the first round's elements.
     pub first: u32,
     pub rounds: u32,
-    /// Rounds of one dispatch at most.
+    /// The largest number of rounds of one dispatch.
     pub at_once: u32,
 }
 
 /// A segment for one workgroup.
 #[derive(Default)]
 pub(super) struct Program {
-    /// Turns, as the device reads them.
+    /// Turns, in the device's format.
     pub words: Vec<u32>,
-    /// Where the vectors and numbers of the rounds' elements are.
+    /// The offsets of the vectors and scalars of the rounds' elements.
     pub places: Vec<[u32; ELEMENT_WORDS]>,
     pub parts: Vec<Part>,
 }
@@ -66,9 +66,9 @@ struct Element<'a> {
     /// The stage before, whose sums the operations take.
     before: Option<&'a Stage>,
     is_work: bool,
-    /// Looks before it, over the solve.
+    /// The number of checks before it, over the solve.
     looks: u32,
-    /// What it does, without the places of vectors and numbers: elements of one shape have the same.
+    /// A hash of its work without the offsets of vectors and scalars: elements of one shape have the same hash.
     kind: u64,
 }
 
@@ -79,7 +79,8 @@ struct Building {
     workgroup: u32,
 }
 
-/// A segment, and what confirms a look, for a problem of so many rows, pairs and bodies and so many invocations.
+/// A segment, and the confirmation of a check, for a problem with this many rows, pairs and bodies and for this many
+/// invocations.
 pub(super) fn of(
     segment: &Segment,
     confirmation: &[Stage],
@@ -118,7 +119,7 @@ pub(super) fn of(
     program
 }
 
-/// Adds the elements of a stage after another.
+/// Adds the elements of a stage that follows another one.
 fn add<'a>(elements: &mut Vec<Element<'a>>, stage: &'a Stage, before: Option<&'a Stage>, looks: &mut u32) {
     if !stage.operations.is_empty() {
         let kind = stage.operations.iter().fold(1, |kind, words| mixed(kind, words[0] & 0xff));
@@ -137,7 +138,7 @@ fn add<'a>(elements: &mut Vec<Element<'a>>, stage: &'a Stage, before: Option<&'a
     elements.push(Element { stage, before, is_work: true, looks: *looks, kind });
 }
 
-/// Words in one word, by the steps of FNV.
+/// A hash of words, by the steps of FNV.
 fn mixed(kind: u64, word: u32) -> u64 {
     (kind ^ u64::from(word + 1)).wrapping_mul(0x100_0000_01b3)
 }
@@ -160,7 +161,7 @@ impl Building {
         let shapes: Vec<Shape> = arguments.into_iter().take(period).map(|arguments| arguments.shape).collect();
         let cost = |elements: &[Element]| elements.iter().map(|element| self.rounds_of(element)).sum::<u64>();
         let at_once = MOST_ROUNDS / cost(&repeated[..period]).max(1);
-        // Where a round is too long for one dispatch, each has what is up to the small problems of the pairs.
+        // If a round is too long for one dispatch, each dispatch ends after the small problems of the pairs.
         let cuts = |at: &usize| *at == period || (is_after_pairs(&shapes[..*at]) && !repeated[at - 1].leaves_sums());
         let ends: Vec<usize> = if at_once == 0 { (1..=period).filter(cuts).collect() } else { vec![period] };
         let (times, rounds) = if at_once == 0 { (rounds as u32, 1) } else { (1, rounds as u32) };
@@ -176,7 +177,7 @@ impl Building {
         self.turns(&elements[start + repeated.len()..], false);
     }
 
-    /// Adds elements as turns, in parts that are not too long for one dispatch.
+    /// Adds elements as turns, in parts of limited length.
     fn turns(&mut self, elements: &[Element], confirms: bool) {
         let (mut begin, mut rounds, mut kinds) = (self.turns.end(), 0, Vec::new());
         for (nth, element) in elements.iter().enumerate() {
@@ -187,7 +188,7 @@ impl Building {
             } else {
                 self.turns.finish(&element.stage.operations, &kinds);
             }
-            // Sums are kept in the workgroup until they are taken.
+            // The workgroup keeps sums until they are taken.
             let ends = nth + 1 == elements.len() || (rounds >= MOST_ROUNDS && !element.leaves_sums());
             if ends {
                 let end = self.turns.end();
@@ -197,7 +198,7 @@ impl Building {
         }
     }
 
-    /// About how many rounds of loops an invocation makes for an element.
+    /// The approximate number of rounds of loops that an invocation executes for an element.
     fn rounds_of(&self, element: &Element) -> u64 {
         let [rows, pairs, bodies] = self.size;
         let each = |n: u32| u64::from(n.div_ceil(self.workgroup)) + 1;
@@ -213,7 +214,7 @@ impl Building {
 }
 
 impl Element<'_> {
-    /// Whether sums are left that the next element takes.
+    /// Whether it leaves sums that the next element takes.
     fn leaves_sums(&self) -> bool {
         matches!(&self.stage.work, Work::Rows(Rows { kinds, .. }) if self.is_work && !kinds.is_empty())
     }
@@ -226,12 +227,12 @@ impl Element<'_> {
     }
 }
 
-/// Whether the last elements but for operations are the small problems of pairs.
+/// Whether the last elements, apart from operations, are the small problems of pairs.
 fn is_after_pairs(shapes: &[Shape]) -> bool {
     shapes.iter().rev().find(|shape| !matches!(shape.work, ShapeWork::Numbers)).is_some_and(Shape::has_block)
 }
 
-/// As `Places` in `shaders/lcp/parameters.wgsl`.
+/// The offsets of an element, as `Places` in `shaders/lcp/parameters.wgsl`.
 fn places(arguments: &StageArguments, looks: u32) -> [u32; ELEMENT_WORDS] {
     let mut parameters = Parameters::default();
     parameters.pass(&arguments.vectors, &arguments.numbers);
@@ -241,15 +242,16 @@ fn places(arguments: &StageArguments, looks: u32) -> [u32; ELEMENT_WORDS] {
     words
 }
 
-/// Where the longest repetition begins, how many elements a round of it has, and how often they come; where nothing
-/// comes twice, once no elements at the end. No sum outlives a round, as it would not outlive a dispatch.
+/// The longest repetition: its start, the number of elements in a round, and the number of rounds. Without a
+/// repetition, one round of no elements at the end. No round begins with sums of the element before, because sums are
+/// lost at the end of a dispatch.
 fn repetition(kinds: &[u64], leaves_sums: impl Fn(usize) -> bool) -> (usize, usize, usize) {
     let may_cut = |at: usize| at == 0 || !leaves_sums(at - 1);
     let mut best = (kinds.len(), 0, 1);
     let mut covered = 0;
     for period in 1..=LONGEST_PERIOD.min(kinds.len() / 2) {
         for run in equal_runs(kinds, period) {
-            // Later beginnings of the run have as many elements less.
+            // Later starts in the run leave fewer elements.
             let Some(start) = run.clone().find(|at| may_cut(*at) && may_cut(at + period)) else { continue };
             let rounds = (run.end + period - start) / period;
             if rounds >= 2 && rounds * period > covered {
@@ -260,7 +262,7 @@ fn repetition(kinds: &[u64], leaves_sums: impl Fn(usize) -> bool) -> (usize, usi
     best
 }
 
-/// The runs of elements that are as the ones a period later.
+/// The runs of elements that are equal to those one period later.
 fn equal_runs(kinds: &[u64], period: usize) -> Vec<Range<usize>> {
     let mut runs = Vec::new();
     let mut begin = 0;
@@ -287,12 +289,12 @@ mod tests {
             ("xabcabcabcab", (1, 3, 3)),
             ("aab", (0, 1, 2)),
             ("headloopslooploopend", (9, 4, 2)),
-            // Sums of the element before are not left to a round.
+            // A round does not begin with sums of the element before.
             ("xAbAbAb", (1, 2, 3)),
             ("AbcAbcAbc", (0, 3, 3)),
             ("bAbAbAy", (1, 2, 2)),
         ] {
-            // Large letters leave sums.
+            // Capital letters leave sums.
             let kinds: Vec<u64> = word.to_lowercase().bytes().map(u64::from).collect();
             let found = repetition(&kinds, |at| word.as_bytes()[at].is_ascii_uppercase());
             assert_eq!(found, expected, "{word}");

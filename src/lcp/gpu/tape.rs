@@ -19,35 +19,36 @@ use std::collections::HashMap;
 #[derive(Debug, Default)]
 pub(super) struct Tape {
     pub stages: Vec<Stage>,
-    /// What each of them uses, and what the operations use that wait for the next.
+    /// The vectors and scalars that each stage uses, and those of the operations that wait for the next stage.
     rooms: Vec<Room>,
-    /// Operations for the stage that comes next.
+    /// Operations for the next stage.
     pending: Vec<[u32; 4]>,
     pending_room: Room,
     /// The kinds of the sums of the stage before the first one here.
     carried: Vec<u32>,
-    /// How many stages were run before.
+    /// The number of stages that were run before.
     run: u32,
-    /// Looks noted here, and looks run before.
+    /// The number of checks recorded here, and the number of checks run before.
     pub looks: u32,
     looks_run: u32,
-    /// The stage whose operations have the last look.
+    /// The stage whose operations contain the last check.
     look_at: Option<usize>,
-    /// What the last residual was made of.
+    /// The vectors of the last residual.
     looked_at: [u32; 2],
     constants: Vec<f64>,
     noted: Vec<Noted>,
-    /// Nothing more goes to stages before this one.
+    /// No instruction is added to stages before this one.
     floor: usize,
-    /// No more sums go to stages before this one: the last that a sum, a product or the pairs went to. The bits of a
-    /// sum depend on its stage, which must not depend on what was run already.
+    /// No sum is added to stages before this one: the last stage with a sum, a product or the pairs. The bits of a sum
+    /// depend on its stage, which must not depend on which stages have already been run.
     sums_floor: usize,
-    /// The stage at whose beginning a number is known.
+    /// The stage at whose beginning a scalar is known.
     ready: HashMap<u32, usize>,
     vectors: Vec<Uses>,
-    /// Whether a product may choose its vector, and whether sums outlive a run. One workgroup can do neither.
+    /// Whether a product may choose its vector, and whether sums persist between runs. A single workgroup supports
+    /// neither.
     apart: bool,
-    /// Whether velocities are made in two parts.
+    /// Whether velocities are computed in two parts.
     exact: bool,
 }
 
@@ -60,22 +61,23 @@ struct Uses {
 }
 
 impl Tape {
-    /// An empty tape, for one dispatch a stage (`apart`) or one workgroup, with velocities in two parts or in one.
+    /// An empty tape, for one dispatch per stage (`apart`) or for one workgroup, with velocities in two parts (`exact`)
+    /// or in one.
     pub fn new(apart: bool, exact: bool) -> Self {
         Tape { apart, exact, ..Tape::default() }
     }
 
-    /// Whether each stage is a dispatch of its own.
+    /// Whether each stage is a separate dispatch.
     pub fn is_apart(&self) -> bool {
         self.apart
     }
 
-    /// Whether velocities are made in two parts.
+    /// Whether velocities are computed in two parts.
     pub fn exact(&self) -> bool {
         self.exact
     }
 
-    /// Takes up arithmetic noted since.
+    /// Adds the arithmetic recorded since the last call.
     fn catch_up(&mut self) {
         number::drain(&mut self.noted);
         for noted in std::mem::take(&mut self.noted) {
@@ -89,7 +91,7 @@ impl Tape {
         }
     }
 
-    /// Where a number stands.
+    /// The offset of a scalar.
     pub fn number(&mut self, number: Number) -> u32 {
         match number {
             Number::At(nth) => number::place(nth),
@@ -114,12 +116,12 @@ impl Tape {
         &self.constants
     }
 
-    /// The stage at whose beginning a number is known.
+    /// The stage at whose beginning a scalar is known.
     fn known_at(&self, place: u32) -> usize {
         self.ready.get(&place).copied().unwrap_or(0)
     }
 
-    /// The first stage, from one on, that has room for an operation; it may be the one that comes next.
+    /// The first stage, from one on, with space for an operation; it may be the next stage.
     fn operations_stage(&mut self, first: usize) -> usize {
         if let Some(stage) = (first..self.stages.len()).find(|nth| !self.is_full(*nth)) {
             return stage;
@@ -130,7 +132,7 @@ impl Tape {
         self.stages.len()
     }
 
-    /// Adds an operation on numbers to a stage, which may be the one that comes next.
+    /// Adds an operation on scalars to a stage, which may be the next one.
     fn operation(&mut self, stage: usize, words: [u32; 4]) {
         match (self.stages.get_mut(stage), self.rooms.get_mut(stage)) {
             (Some(stage), Some(room)) => {
@@ -196,12 +198,13 @@ impl Tape {
         self.uses(out).written = stage;
     }
 
-    /// Adds the local LCPs of the clusters, if a number is positive: `out` becomes what they lead to, else `instead`.
+    /// Adds the local LCPs of the clusters, executed if a scalar is positive: `out` becomes the sum of their
+    /// displacements, otherwise `instead`.
     pub fn clusters(&mut self, condition: Number, [x, g]: [u32; 2], tolerance: f64, [instead, out]: [u32; 2]) {
         self.catch_up();
         let [condition, tolerance] = [condition, Number::Known(tolerance)].map(|number| self.number(number));
         let clusters = Work::Clusters(Clusters { condition, tolerance, x, g });
-        // Copies that wait for a number are made with the sum.
+        // Copies that depend on a scalar are executed with the sum.
         let mut before = Vec::new();
         let last = self.stages.len().wrapping_sub(1);
         let apart = |words: &Words| !words[1..5].contains(&out) && words[1] != instead;
@@ -228,7 +231,7 @@ impl Tape {
         }
     }
 
-    /// Adds `out = [q +] A x`, perhaps with what rounding has left off `x`.
+    /// Adds `out = [q +] A x`, optionally with the rounding error `low` of `x`.
     pub fn product(&mut self, x: u32, low: Option<u32>, out: u32, add_q: bool) {
         self.catch_up();
         let exact = self.exact;
@@ -238,7 +241,7 @@ impl Tape {
         }
         let mut rows = Rows { product: Some(Product { out, add_q, exact }), ..Rows::default() };
         match self.choice(x) {
-            // The copies that wait for the same numbers are made with the product's rows.
+            // The copies that depend on the same scalars are executed with the product's rows.
             Some((choice, copies)) => {
                 let last = self.stages.len() - 1;
                 self.stages[last].work = choice;
@@ -259,20 +262,20 @@ impl Tape {
         }
     }
 
-    /// The pass over the bodies that chooses its vector itself, if the last stage only copies where a number is
-    /// positive and one of the copies makes `x`; and the copies.
+    /// The pass over the bodies that chooses its vector itself, and the copies of the last stage. `None` unless the
+    /// last stage only has copies that depend on a scalar, one of which writes `x`.
     fn choice(&mut self, x: u32) -> Option<(Work, Vec<Words>)> {
         let copies = self.copies()?;
         let mut of_x = copies.iter().filter(|words| words[1] == x);
         let (Some(copy), None) = (of_x.next(), of_x.next()) else { return None };
-        // What it is copied from must not be another copy.
+        // The source must not be the target of another copy.
         let from = copy[2];
         let steady = copies.iter().all(|words| words[1] != from);
         let bodies = Bodies { x, low: None, instead: Some([copy[5], from]), exact: self.exact };
         steady.then(|| (Work::Bodies(bodies), copies.clone()))
     }
 
-    /// What the last stage does, if that is only to copy where a number is positive.
+    /// The copies of the last stage, if it only has copies that depend on a scalar.
     fn copies(&self) -> Option<&Vec<Words>> {
         let last = self.stages.len().checked_sub(1).filter(|last| self.apart && *last >= self.floor)?;
         let Work::Rows(rows) = &self.stages[last].work else { return None };
@@ -288,7 +291,7 @@ impl Tape {
         self.finish();
     }
 
-    /// Notes a residual. Says whether there was room.
+    /// Records a check of a residual. Returns whether there was space.
     pub fn look(&mut self, residual: Number, tolerance: f64) -> bool {
         self.catch_up();
         if self.looks == LOOKS {
@@ -307,7 +310,7 @@ impl Tape {
         true
     }
 
-    /// Ends the last stage, finishes all sums and does all operations.
+    /// Ends the last stage, completes all sums and adds all operations.
     pub fn finish(&mut self) {
         self.catch_up();
         if !self.pending.is_empty() {
@@ -318,13 +321,13 @@ impl Tape {
         self.vectors.clear();
     }
 
-    /// Gives all that is to be done.
+    /// Returns everything that is recorded.
     pub fn all(&mut self) -> Segment {
         self.finish();
         self.first(self.stages.len())
     }
 
-    /// Gives what is to be done before the last look, which then takes no stages of its own; all if that is nothing.
+    /// Returns the stages before the last check, which then needs no separate stage; everything if there are none.
     pub fn ready(&mut self) -> Segment {
         self.catch_up();
         match self
@@ -337,7 +340,7 @@ impl Tape {
         }
     }
 
-    /// Gives the first stages.
+    /// Returns the first stages.
     fn first(&mut self, count: usize) -> Segment {
         let rest = self.stages.split_off(count);
         let stages = std::mem::replace(&mut self.stages, rest);
@@ -361,7 +364,7 @@ impl Tape {
         segment
     }
 
-    /// Forgets what is noted and was not run.
+    /// Drops everything that was recorded and not run.
     pub fn forget(&mut self) {
         self.catch_up();
         self.stages.clear();
@@ -374,12 +377,12 @@ impl Tape {
         (self.looks, self.look_at, self.floor, self.sums_floor) = (0, None, 0, 0);
     }
 
-    /// What the last residual was made of: the iterate and its gradient.
+    /// The vectors of the last residual: the iterate and its gradient.
     pub fn looked_at(&self) -> [u32; 2] {
         self.looked_at
     }
 
-    /// An instruction, and the first stage that has all that it reads.
+    /// An instruction, and the first stage at which all its inputs are known.
     fn words(&mut self, action: Action, out: u32, vectors: [u32; 3], numbers: [Number; 2]) -> (Words, usize) {
         self.catch_up();
         let [s, t] = numbers.map(|number| self.number(number));
@@ -428,7 +431,7 @@ impl Tape {
         self.rooms.push(room);
     }
 
-    /// Whether a stage might exceed the parameters of a dispatch with one more instruction.
+    /// Whether one more instruction might exceed the parameters of a stage's dispatch.
     fn is_full(&self, nth: usize) -> bool {
         self.rooms[nth].is_full()
     }

@@ -15,7 +15,7 @@ use crate::lcp::{Problem, SolverKind, pair_blocks};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A problem whose pairs have 1 to `most` rows, some the other way round, some nearly parallel, some zero.
+/// A problem whose pairs have 1 to `most` rows, some with swapped bodies, some nearly parallel, some zero.
 fn problem<const D: usize>(seed: u64, rows: usize, most: usize) -> Problem<D> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let bodies = 3 + rows / 3;
@@ -42,7 +42,7 @@ fn problem<const D: usize>(seed: u64, rows: usize, most: usize) -> Problem<D> {
             problem.q.push(rng.random::<f64>() - 0.5);
         }
     }
-    // What the device can hold, so that the CPU computes with the same numbers.
+    // Rounded to numbers of the device, so that the CPU computes with the same numbers.
     problem
         .q
         .iter_mut()
@@ -56,7 +56,7 @@ fn vector(seed: u64, rows: usize, shift: f64) -> Vec<f64> {
     (0..rows).map(|_| f64::from((rng.random::<f64>() - 0.5 + shift) as f32)).collect()
 }
 
-/// One that solves by one workgroup of so many invocations, or by a dispatch a stage.
+/// A machine that solves by one workgroup of this many invocations, or by one dispatch per stage.
 fn machine(gpu: &Gpu, precision: Precision, planar: bool, kind: SolverKind, small: Option<u32>) -> Machine {
     let mut variant = Variant::of(gpu, precision, planar, Slots::of(kind, precision));
     variant.small_workgroup = small.unwrap_or(variant.small_workgroup);
@@ -65,7 +65,7 @@ fn machine(gpu: &Gpu, precision: Precision, planar: bool, kind: SolverKind, smal
     machine
 }
 
-/// Puts an empty slot before each pair's.
+/// Inserts an empty slot before each pair's slot.
 fn with_empty_slots(gpu: &Gpu, problem: &mut DeviceProblem) {
     let read = gpu.record().read(&[(&problem.block_start, 0..4 * (problem.pairs + 1))]).unwrap();
     let starts: Vec<u32> = bytemuck::pod_collect_to_vec(&read[0]);

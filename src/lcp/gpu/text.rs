@@ -1,4 +1,4 @@
-//! The text of a stage's kernel. It follows the fragments that the kernel calls.
+//! The text of a stage's kernel. It comes after the fragments that the kernel calls.
 
 use super::layout::MOST_VECTORS;
 use super::number::Operation;
@@ -6,7 +6,7 @@ use super::shape::{Line, NumberLine, Operand, Shape, ShapeWork};
 use super::stage::{Action, Block, Product, packed};
 use std::fmt::Write as _;
 
-/// A storage variable of a stage's kernel: name, whether it is written, element.
+/// A storage variable of a stage's kernel: its name, whether it is written, its element type.
 pub(super) type Variable = (&'static str, bool, &'static str);
 
 const BEGIN: &str = "@compute @workgroup_size(WORKGROUP)
@@ -19,7 +19,7 @@ fn main(
     let places = Places(parameters.vectors, parameters.numbers, parameters.base, parameters.looks);
 ";
 
-/// In one workgroup: what confirms a look is done only after one that ended the batch, all else only before.
+/// In one workgroup: a confirmation is executed only after a check has ended the batch, all other work only before.
 const BEGIN_ROUNDS: &str = "
 // Where the vectors and numbers of each element of a round are.
 var<storage, read> rounds: array<Places>;
@@ -31,7 +31,7 @@ fn main(@builtin(local_invocation_index) local: u32) {
     if workgroupUniformLoad(&halted) != parameters.looks { return; }
 ";
 
-/// What follows a look that ended the batch does nothing.
+/// Work after a check that ended the batch is skipped.
 const GO_ON: &str = "    if local == 0u {
         let ended = scalars[HALT];
         halted = select(0u, 1u, ended != 0.0 && ended <= real(places.looks));
@@ -39,7 +39,7 @@ const GO_ON: &str = "    if local == 0u {
     if workgroupUniformLoad(&halted) != 0u { return; }
 ";
 
-/// What confirms a look that ended the batch does nothing without one.
+/// A confirmation is skipped unless a check has ended the batch.
 const CONFIRM: &str = "    if local == 0u { halted = select(1u, 0u, scalars[HALT] != 0.0); }
     if workgroupUniformLoad(&halted) != 0u { return; }
 ";
@@ -52,7 +52,7 @@ const HALTS: &str = "    if leads && ended != 0u {
     if workgroupUniformLoad(&halted) != 0u { return; }
 ";
 
-/// In one workgroup a look that ends the batch leaves the loop over the rounds.
+/// In one workgroup, a check that ends the batch leaves the loop over the rounds.
 const LEAVES: &str = "    if leads && ended != 0u { scalars[HALT] = real(ended); }
     if leads { halted = ended; }
     if workgroupUniformLoad(&halted) != 0u { break; }
@@ -64,8 +64,8 @@ const ALL_GROUPS: &str = "group_index(group, groups), groups.x * groups.y";
 
 const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
 
-/// A workgroup computes the pairs whose first row is among as many rows as it has invocations. A row's span is the end
-/// of its pair's rows, with a mark at the first one.
+/// A workgroup computes the pairs whose first row is in its range of rows, which has as many rows as the workgroup has
+/// invocations. A row's span is the end of its pair's rows, with a mark at the first one.
 const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.rows; chunk += parameters.groups) {
     let here = chunk * WORKGROUP;
     let next = here + WORKGROUP;
@@ -187,7 +187,7 @@ impl Shape {
         text
     }
 
-    /// What one workgroup does for it, in the loop over the rounds of `straight_line`.
+    /// The code that one workgroup executes for it, in the loop over the rounds of `straight_line`.
     fn element(&self, literal: &impl Fn(f64) -> String) -> String {
         let mut text = String::new();
         self.add_numbers(&mut text, literal);
@@ -201,7 +201,7 @@ impl Shape {
                 add_rows(&mut text, Setting::Resident, first, lines, block.as_ref(), literal);
             }
             ShapeWork::Bodies { x, low, exact, .. } => {
-                // Zero for velocities in one part, else one more than the place of the second part of the vector.
+                // Zero for velocities in one part; otherwise the offset of the second part of the vector, plus one.
                 let second = match (exact, low) {
                     (false, _) => "0u".into(),
                     (true, None) => "NONE".into(),
@@ -215,7 +215,7 @@ impl Shape {
         text
     }
 
-    /// Takes the sums of the stage before and does the operations: every invocation for itself.
+    /// Takes the sums of the stage before and executes the operations; every invocation does so itself.
     fn add_numbers(&self, text: &mut String, literal: &impl Fn(f64) -> String) {
         if !self.taken.is_empty() {
             let (count, kinds) = (self.taken.len(), packed(&self.taken));
@@ -263,7 +263,7 @@ fn add_number(text: &mut String, nth: usize, line: &NumberLine, literal: &impl F
     let _ = writeln!(text, "    let n{nth} = {value};");
 }
 
-/// The entry point of one workgroup that does these stages in their order, round after round. `literal` writes a
+/// The entry point of one workgroup that executes these stages in order, round after round. `literal` writes a
 /// constant.
 pub(super) fn straight_line(shapes: &[Shape], literal: impl Fn(f64) -> String) -> String {
     let mut text = String::from(BEGIN_ROUNDS);
@@ -281,23 +281,23 @@ pub(super) fn straight_line(shapes: &[Shape], literal: impl Fn(f64) -> String) -
     text
 }
 
-/// Who does a stage: all workgroups of a dispatch, or one workgroup that does others before and after it.
+/// The executor of a stage: all workgroups of a dispatch, or one workgroup that also executes other stages.
 #[derive(Clone, Copy, PartialEq)]
 enum Setting {
     Apart,
     Resident,
 }
 
-/// What is done on a row before all instructions.
+/// The work on a row before all instructions.
 #[derive(Clone, Copy)]
 enum First<'a> {
     Nothing,
     Product(&'a Product),
-    /// The sum of what the clusters lead to or the first vector, into the second.
+    /// The sum of the clusters' displacements, or the first vector, stored in the second.
     Gather([u32; 2]),
 }
 
-/// Adds work on rows: lines before and after those on whole pairs.
+/// Adds work on rows: lines before and after the instruction on whole pairs.
 fn add_rows(
     text: &mut String,
     setting: Setting,
@@ -331,7 +331,7 @@ fn add_rows(
     }
 }
 
-/// Adds work on rows with the small problems of the pairs between.
+/// Adds work on rows with the small problems of the pairs in between.
 fn add_pairs(text: &mut String, setting: Setting, work: First, [before, after]: [&[Line]; 2], block: &Block) {
     let unread = (![Some(block.x), block.w, block.g].contains(&Some(block.out))).then_some(block.out);
     let [w, g] = [block.w, block.g].map(|vector| vector.map_or("NONE".into(), vector_place));
@@ -366,7 +366,8 @@ fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
     }
 }
 
-/// Adds a copy that is made where a number is positive: without one nothing is read or written, but what is read later.
+/// Adds a copy that is executed if a scalar is positive. Otherwise it reads and writes nothing, except what is read
+/// later.
 fn add_copy(text: &mut String, k: usize, line: &Line, known: &mut [Option<(String, bool)>], read_later: bool) {
     let value = |vector: u32| match &known[vector as usize] {
         Some((name, _)) => name.clone(),
@@ -388,14 +389,14 @@ fn add_copy(text: &mut String, k: usize, line: &Line, known: &mut [Option<(Strin
     known[line.out as usize] = read_later.then(|| (format!("r{k}"), false));
 }
 
-/// Adds a loop over rows. It does `lines`, of which the first has number `first`, after other `work`. Nobody reads the
-/// vector `unread` after it.
+/// Adds a loop over rows. It executes other `work`, then `lines`, the first of which has number `first`. The vector
+/// `unread` is not read afterwards.
 fn add_loop(text: &mut String, head: &str, lines: &[Line], first: usize, work: First, unread: Option<u32>) {
     if lines.is_empty() && matches!(work, First::Nothing) {
         return;
     }
     text.push_str(head);
-    // For each vector the variable that holds its number of this row, and whether the loop must store it.
+    // For each vector, the variable with its value in this row, and whether the loop must store it.
     let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
     if let First::Gather([instead, out]) = work {
         let place = vector_place(instead);

@@ -7,7 +7,7 @@ use super::stage::{Bodies, Product, Rows, Words, Work, packed};
 /// One turn, as in `shaders/lcp/main_small.wgsl`.
 pub(super) const TURN_WORDS: usize = 16;
 
-/// What a turn does, in its order.
+/// The steps of a turn, in order.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Step {
     Before,
@@ -24,27 +24,27 @@ pub(super) struct Turns {
     operations: Vec<[u32; 4]>,
     words: Vec<[u32; TURN_WORDS]>,
     last: Step,
-    /// Rows, pairs and bodies of the problem.
+    /// The numbers of rows, pairs and bodies of the problem.
     rows: u32,
     pairs: u32,
     bodies: u32,
 }
 
 impl Turns {
-    /// Of a problem of so many rows, pairs and bodies.
+    /// For a problem with this many rows, pairs and bodies.
     pub fn new([rows, pairs, bodies]: [u32; 3]) -> Self {
         let (instructions, operations) = (Vec::new(), Vec::new());
         Turns { instructions, operations, words: Vec::new(), last: Step::Finish, rows, pairs, bodies }
     }
 
-    /// How many turns there are. The next thing begins another one.
+    /// Ends the present turn and returns the number of turns.
     pub fn end(&mut self) -> u32 {
         self.last = Step::Finish;
         self.words.len() as u32
     }
 
-    /// All words: instructions, operations and turns, as the device reads them; and where the turns begin, in fours of
-    /// words.
+    /// All words: instructions, operations and turns, in the device's format; and the offset of the turns, in units of
+    /// four words.
     pub fn words(mut self) -> (Vec<u32>, u32) {
         let first_operation = 2 * self.instructions.len() as u32;
         for turn in &mut self.words {
@@ -56,7 +56,7 @@ impl Turns {
         (lists.concat(), first_turn)
     }
 
-    /// Adds operations on numbers, which take sums of these kinds.
+    /// Adds operations on scalars, which take sums of these kinds.
     pub fn finish(&mut self, operations: &[[u32; 4]], kinds: &[u32]) {
         if operations.is_empty() {
             return;
@@ -68,7 +68,7 @@ impl Turns {
         (turn[12], turn[13], turn[14]) = (begin, end, packed(kinds));
     }
 
-    /// Adds what a stage does after its operations.
+    /// Adds the work that a stage executes after its operations.
     pub fn add(&mut self, work: &Work) {
         let (rows, pairs, bodies) = (self.rows, self.pairs, self.bodies);
         match work {
@@ -89,11 +89,11 @@ impl Turns {
             }
             Work::Bodies(Bodies { x, low, exact, .. }) => {
                 let turn = self.turn(Step::Bodies);
-                // Zero for velocities in one part, else one more than the place of the second part of the vector.
+                // Zero for velocities in one part; otherwise the offset of the second part of the vector, plus one.
                 let second = if *exact { low.map_or(u32::MAX, |low| low + 1) } else { 0 };
                 (turn[8], turn[9], turn[15]) = (bodies, *x, second);
             }
-            // A problem with clusters is never for one workgroup.
+            // One workgroup never solves a problem with clusters.
             Work::Clusters(_) => {}
             Work::Numbers | Work::PrepareRows | Work::PreparePairs | Work::Export { .. } => {}
         }
@@ -112,7 +112,7 @@ impl Turns {
         (turn[at], turn[at + 1]) = (begin, end);
     }
 
-    /// The turn that can do this part: the last, unless that did it or a later one.
+    /// The turn that can execute this step: the last one, unless it already has this step or a later one.
     fn turn(&mut self, step: Step) -> &mut [u32; TURN_WORDS] {
         if step <= self.last || self.words.is_empty() {
             self.words.push([0; TURN_WORDS]);

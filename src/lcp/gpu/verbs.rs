@@ -10,21 +10,21 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lcp::verbs::{Checks, InClusters, Metric, Verbs};
 use std::collections::VecDeque;
 
-/// A diagonal entry at or under this many squared roundings of the largest is a zero row's, as on the CPU.
+/// A diagonal entry of at most this many squared rounding errors of the largest belongs to a zero row, as on the CPU.
 const ZERO_ROW: f64 = 1.0;
 
-/// A vector's place.
+/// The offset of a vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Slot {
     at: Option<u32>,
-    /// The place of what rounding has left off it.
+    /// The offset of the rounding error of the vector.
     low: Option<u32>,
-    /// Whether that is kept.
+    /// Whether that part is used.
     in_two: bool,
 }
 
 impl Slot {
-    /// Where the second part is, if there is one.
+    /// The offset of the second part, if there is one.
     fn second(&self) -> Option<u32> {
         self.low.filter(|_| self.in_two)
     }
@@ -36,32 +36,32 @@ pub(crate) struct Device<'a> {
     machine: &'a mut Machine,
     problem: &'a DeviceProblem,
     pub(super) tape: Tape,
-    /// Vectors so far.
+    /// The number of vectors so far.
     vectors: u32,
     products: u64,
-    /// Products at each look that was not read.
+    /// The number of products at each check that was not read.
     looked: VecDeque<u64>,
-    /// The second part of the iterate.
+    /// The second part of the iterate of the last residual.
     looked_at_low: Option<u32>,
-    /// Whether a look was noted since the last ones were read.
+    /// Whether a check was recorded since the last ones were read.
     noted: bool,
     /// Whether a batch was read.
     begun: bool,
-    /// Looks that were read.
+    /// The number of checks that were read.
     looks_read: usize,
-    /// Whether no look has ended a batch that is still to be skipped.
+    /// Whether no check has ended a batch whose remaining stages must still be skipped.
     afresh: bool,
-    /// The residual of a gradient made afresh where the last look was.
+    /// The recomputed residual at the last check, if it was confirmed.
     confirmed: Option<(Number, f64)>,
     fault: Option<GpuError>,
-    /// Whether the problem's clusters were made.
+    /// Whether the problem's clusters were created.
     has_clusters: bool,
 }
 
 impl<'a> Device<'a> {
     pub fn new(gpu: &'a Gpu, machine: &'a mut Machine, problem: &'a DeviceProblem) -> Self {
         let vectors = machine.slots().free;
-        // Arithmetic left over by a solve that ended early.
+        // Drops arithmetic that remains of a solve that ended early.
         super::number::drain(&mut Vec::new());
         super::number::take_misuse();
         let (apart, exact) = (!machine.is_small(problem), machine.slots().low.is_some());
@@ -100,13 +100,13 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// The iterate's vector, which [`Device::prepare`] fills.
+    /// The vector of the iterate, which [`Device::prepare`] fills.
     pub fn start(&self) -> Slot {
         let slots = self.machine.slots();
         Slot { at: Some(slots.x), low: slots.low, in_two: slots.low.is_some() }
     }
 
-    /// Brings the result into the problem.
+    /// Copies the result into the problem.
     pub fn finish(&mut self, x: &Slot) -> Result<(), GpuError> {
         let (x, low) = (at(x), x.second());
         self.tape.stage(Work::Bodies(Bodies { x, low, instead: None, exact: self.tape.exact() }));
@@ -115,13 +115,13 @@ impl<'a> Device<'a> {
         self.fault.clone().map_or(Ok(()), Err)
     }
 
-    /// Runs all that is noted and reads numbers.
+    /// Runs everything that is recorded, and reads scalars.
     fn run(&mut self, read: Vec<std::ops::Range<u32>>) -> Vec<f64> {
         let segment = self.tape.all();
         self.run_segment(&segment, None, read)
     }
 
-    /// Runs some of what is noted and reads numbers.
+    /// Runs a part of what is recorded, and reads scalars.
     fn run_segment(
         &mut self,
         segment: &Segment,
@@ -142,7 +142,7 @@ impl<'a> Device<'a> {
         vec![f64::NAN; count]
     }
 
-    /// A vector to be written, with a place.
+    /// The offset of a vector to be written.
     fn out(&mut self, slot: &mut Slot) -> u32 {
         slot.in_two = false;
         *slot.at.get_or_insert_with(|| {
@@ -151,7 +151,7 @@ impl<'a> Device<'a> {
         })
     }
 
-    /// The place of the second part of a vector, with room for one.
+    /// The offset of the second part of a vector, which is allocated if necessary.
     fn second_out(&mut self, slot: &mut Slot) -> u32 {
         slot.in_two = true;
         *slot.low.get_or_insert_with(|| {
@@ -160,7 +160,7 @@ impl<'a> Device<'a> {
         })
     }
 
-    /// A new vector of these numbers, for tests.
+    /// A new vector with these numbers, for tests.
     #[cfg(test)]
     pub fn uploaded(&mut self, numbers: &[f64]) -> Slot {
         let mut slot = Slot::default();
@@ -186,7 +186,7 @@ impl<'a> Device<'a> {
     }
 }
 
-/// Where a vector is. One that was never written is the first.
+/// The offset of a vector. For a vector that was never written, it is that of the first.
 fn at(slot: &Slot) -> u32 {
     slot.at.unwrap_or(0)
 }
@@ -231,7 +231,7 @@ impl Verbs for Device<'_> {
     }
 
     fn take(&mut self, from: &mut Slot, to: &mut Slot) {
-        // The places stay, so that the iterate is found even if the rest of a batch was not done.
+        // The offsets stay, so that the iterate is found even if the rest of a batch was skipped.
         self.copy(from, to);
     }
 
@@ -373,7 +373,7 @@ impl Verbs for Device<'_> {
         let [first, later] = self.machine.looks;
         match (self.tape.is_apart(), self.begun) {
             (true, begun) => [first, later][usize::from(begun)],
-            // What follows the last look of a small problem is recorded and written in vain.
+            // The work after the last check of a small problem is recorded in vain.
             (false, false) => expected(self.machine.last_looks).min(first),
             (false, true) => self.looks_read.clamp(first, later.max(first)),
         }
@@ -388,7 +388,7 @@ impl Verbs for Device<'_> {
     }
 }
 
-/// Looks that a solve will need where the last one needed so many, with some to spare.
+/// The expected number of checks of a solve, from that of the last one, with some to spare.
 fn expected(last: usize) -> usize {
     last + last / 4 + 2
 }

@@ -6,8 +6,8 @@ use crate::separation::gpu::{Family, add_minima_of_circles_to, add_tolerances_to
 use crate::shape::Shape;
 use std::fmt::Write as _;
 
-/// Two ways to compute a distance differ by less than this many roundings of the sizes: at most 2.1 in 7 million random
-/// pairs of rods, aspect 1.5 to 100.
+/// Two ways to compute a distance differ by less than this many rounding errors of the sizes: by at most 2.1 in 7
+/// million random pairs of rods with aspect ratios of 1.5 to 100.
 const ROUNDINGS: f64 = 8.0;
 
 /// The pairs of a scene that have several branches.
@@ -31,7 +31,7 @@ impl Branched {
         self.rods || self.rings
     }
 
-    /// Whether any have branches whose separation follows from their number alone.
+    /// Whether some have branches whose separation follows from their number alone.
     pub fn has_ends(self) -> bool {
         self.rods
     }
@@ -41,8 +41,8 @@ impl Branched {
         if self.any() { BRANCHES } else { 1 }
     }
 
-    /// Adds, to a source with bodies, `BRANCHED`, whether there are any; the bit `WHOLE` of the separation itself in a
-    /// mask of branches; and the functions
+    /// Adds, to a source with bodies, the flag `BRANCHED`, which is set if there are any; the bit `WHOLE`, which stands
+    /// for the separation itself in a mask of branches; and the functions
     ///
     /// * `has_branches(a, b)`: whether a pair has several;
     /// * `branches_within(delta, a, b, nearest, limit, most_active, pushed)`: the mask of the branches of such a pair

@@ -23,8 +23,8 @@ pub const SURFACE_VECTORS: usize = 9;
 const UNIT_BITS: u32 = 10;
 
 /// Unit vectors are multiples of `2^-COARSE_BITS` plus a remainder. Offsets on the lattice are at most 2^21 units, so
-/// the remainder contributes at most two units, and its rounding two of a unit; 32 bits hold sums of up to 2^12 units
-/// and distinguish them with 2^11 to spare for an estimate in floats.
+/// the remainder contributes at most two units, and its rounding error is that of two units. 32 bits hold sums of up to
+/// 2^12 units, and distinguish them with a margin of 2^11 for an estimate in floats.
 const COARSE_BITS: u32 = 20;
 
 /// A cell is split into two parts, the lower of 12 bits, so that 32-bit floats hold both.
@@ -34,7 +34,7 @@ const CELL_BITS: u32 = 12;
 /// comes near a larger one.
 const LARGEST_RADIUS: f64 = 4_194_304.0;
 
-/// Differences of squares below this, in squared units, are exact in 32 bits, with as much to spare for an estimate in
+/// Differences of squares below this, in squared units, are exact in 32 bits, with an equal margin for an estimate in
 /// floats.
 const LARGEST_SQUARE: f64 = 1_073_741_824.0;
 

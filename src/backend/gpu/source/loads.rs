@@ -5,7 +5,7 @@ use crate::dynamics::{Force, Frame, Stream, Window, along};
 use crate::gpu::{Source, fragment};
 use std::fmt::Write as _;
 
-/// The windows that the scene's forces have, each once: the kernel is given the share of each in the present part.
+/// The distinct windows of the scene's forces. The kernel gets the share of each window in the present part.
 pub(in crate::backend::gpu) fn windows(forces: &[Force]) -> Vec<Window> {
     let mut windows: Vec<Window> = Vec::new();
     for window in forces.iter().filter_map(Force::window) {
@@ -49,7 +49,7 @@ pub(super) fn load_of(setup: &Setup, source: &Source) -> String {
     text
 }
 
-/// Adds the load of a background flow. The law's drag is there.
+/// Adds the load of a background flow. The source already has the law's drag.
 pub(super) fn flowing(stream: &Stream, source: Source) -> Source {
     source
         .real("FLOW_RATE", stream.rate)
@@ -65,7 +65,7 @@ pub(super) fn straining(source: Source) -> Source {
     source.include(fragment!("dynamics/bretherton.wgsl")).include(fragment!("dynamics/strain.wgsl"))
 }
 
-/// What a force adds to, and what it adds.
+/// The sum to which a force contributes (`force` or `torque`), and its term.
 fn term(setup: &Setup, source: &Source, force: &Force) -> (&'static str, String) {
     let vector = |v: [f64; 3]| {
         let [x, y, z] = v.map(|c| source.literal(c));
@@ -89,7 +89,7 @@ fn term(setup: &Setup, source: &Source, force: &Force) -> (&'static str, String)
     }
 }
 
-/// A difference of places, along periodic axes to the nearest image.
+/// A difference of positions, to the nearest image along periodic axes.
 fn nearest(setup: &Setup, source: &Source, away: &str) -> String {
     let lengths = setup.periods.lengths();
     if lengths.iter().all(Option::is_none) {
@@ -106,7 +106,7 @@ fn nearest(setup: &Setup, source: &Source, away: &str) -> String {
 fn gravity(setup: &Setup, acceleration: &str) -> String {
     match setup.dynamics.has_inertia() {
         true => format!("DENSITY * solid(shape).volume * {acceleration}"),
-        // Bodies have no mass, and validation refuses such a scene.
+        // Without inertia bodies have no mass; validation rejects such a scene.
         false => "vec3r()".to_owned(),
     }
 }

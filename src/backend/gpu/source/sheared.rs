@@ -4,7 +4,7 @@ use super::base;
 use crate::backend::gpu::Setup;
 use crate::gpu::{Source, fragment};
 
-/// The kernel of where the flow of a changing cell leads bodies.
+/// The kernel for the poses to which the flow of a changing cell leads bodies.
 pub(super) fn carried(setup: &Setup) -> Source {
     let source = base(setup, "carried").include(fragment!("dynamics/carried.wgsl"));
     let Some(shear) = setup.shear() else { return source };
@@ -17,8 +17,8 @@ pub(super) fn carried(setup: &Setup) -> Source {
         .vector("SHEAR_GRADIENT", gradient)
 }
 
-/// A kernel of pairs whose bodies have the relative velocity `between`: of a sheared cell with the velocity of the
-/// image that is met.
+/// A kernel of pairs whose bodies have the relative velocity `between`. In a sheared cell, the velocity of the nearest
+/// image is added.
 pub(in crate::backend::gpu) fn beside_images(setup: &Setup, source: Source, between: &str) -> Source {
     let Some(shear) = setup.shear() else { return source };
     let (of_image, gone) = (format!("({between} + image_velocity(a, b))"), source.code().matches(between).count());

@@ -9,7 +9,7 @@ use crate::scene::{self, Flow, Periodic, Rows, Scene, Stepping, Wall, WallMotion
 
 fn setups() -> Vec<Setup> {
     let mut setups = Vec::new();
-    // The paper's sizes have the kernels of the smaller ones.
+    // The scenes of the paper's sizes have the same kernels as the smaller ones.
     for built_in in scene::BuiltIn::ALL.iter().filter(|scene| !scene.name.ends_with("-full")) {
         let mut scene = Scene::parse(built_in.text, built_in.name).unwrap();
         let shapes: Vec<_> = scene.build().unwrap().shape;
@@ -34,14 +34,14 @@ fn setups() -> Vec<Setup> {
     setups
 }
 
-/// Gives a scene with drag a flow, and a wall that moves.
+/// Adds a flow and a moving wall to a scene with drag.
 fn carry(scene: &mut Scene) {
     scene.flow = Some(Flow::Shear { rate: 2.0, direction: [1.0, 0.0, 0.0], gradient: [0.0, 1.0, 0.0] });
     let motion = Some(WallMotion { angular_velocity: Some([0.0, 0.0, 1.0]), ..WallMotion::new([1.0, 0.0, 0.0]) });
     scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1e3, motion, friction: None });
 }
 
-/// A flow is in the kernel of forces alone, and walls that move add one to midpoint steps, for what acts in their
+/// Only the kernel of forces contains a flow. Moving walls add one kernel to midpoint steps, for the walls in the
 /// middle.
 #[test]
 fn a_flow_and_moving_walls_change_no_other_kernel() {
@@ -85,7 +85,7 @@ fn a_changing_cell_is_in_no_constant() {
             cell.shear = Some(CellShear::new(0.01, Axis::X, Axis::Y));
             let sheared = sources(cell, &mut scene, precision);
             cell.shear = None;
-            // The image's velocity is in the kernels that know of velocities, and its load is that of a flow.
+            // The kernels that use velocities include the image's velocity, and its load is that of a flow.
             let with_images: Vec<_> =
                 sheared.iter().filter(|source| source.code().contains("image_velocity(a, b)")).collect();
             assert_eq!(with_images.len(), if rows == Rows::Auto { 2 } else { 1 });
@@ -102,7 +102,7 @@ fn a_changing_cell_is_in_no_constant() {
     }
 }
 
-/// The forces that no built-in scene has, one of them with a window.
+/// The forces that are in no built-in scene, one of them with a window.
 fn driven() -> [Force; 4] {
     let torque = |frame| Force::Torque { torque: [0.0, 0.0, 2.0], frame, group: None, window: None };
     let center = [0.0; 3];
@@ -170,7 +170,7 @@ fn no_kernel_binds_more_arrays_than_every_adapter_has() {
 fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
     for mut setup in setups().into_iter().filter(|setup| setup.lattice_periods.is_none()) {
         let open = every_source(&setup);
-        // With branches, the kernels that compute them too.
+        // With branches, also the kernels that compute them.
         let own = of_branches(&setup);
         let others = ["passing", "branches", "stage", "aim", "bonds", "breaking bonds"];
         let of_bonds = usize::from(!setup.bonds.is_empty()) + usize::from(setup.bonds.may_break());
@@ -201,7 +201,7 @@ fn the_report_is_laid_out_as_in_wgsl() {
     let naga::TypeInner::Struct { members, .. } = &report.inner else { panic!("not a struct") };
     assert_eq!(layouter[handle].size as usize, size_of::<Report>());
     let found: Vec<_> = members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect();
-    // Each field is one word. The debug text lists the names in their order.
+    // Each field is one word. The debug text lists the field names in order.
     let text = format!("{:?}", Report::blank());
     let names = text.split(['{', ',', '}']).filter_map(|field| Some(field.split_once(':')?.0.trim().to_owned()));
     assert_eq!(found, names.zip((0..).step_by(4)).collect::<Vec<_>>());

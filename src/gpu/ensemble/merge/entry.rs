@@ -7,16 +7,16 @@ use naga::{
     LocalVariable, Module, Range, Scalar, Span, Statement, Type, TypeInner, VectorSize,
 };
 
-/// A function being built, statement after statement.
+/// A function under construction, statement by statement.
 struct Building {
     function: Function,
     words: u32,
 }
 
-/// The entry point that calls `plain`, a kernel's old one, which had these arguments.
+/// The entry point that calls `plain`, a kernel's old entry point with these arguments.
 ///
 /// # Errors
-/// An argument that differs between a member alone and one among others.
+/// An argument whose value differs between a member alone and the same member among others.
 pub(super) fn entry(
     module: &mut Module,
     variables: &Variables,
@@ -104,7 +104,7 @@ impl Building {
         self.statement(Statement::Store { pointer, value });
     }
 
-    /// An element of an array, for which statements are added.
+    /// An element of an array; adds the statements that load it.
     fn word(&mut self, array: Handle<GlobalVariable>, index: Handle<Expression>) -> Handle<Expression> {
         let base = self.append(Expression::GlobalVariable(array));
         let pointer = self.emit(Expression::Access { base, index });
@@ -119,7 +119,7 @@ impl Building {
         self.word(table, place)
     }
 
-    /// Where the row names a place in the arena, the numbers of workgroups are the words there.
+    /// If the row has an offset in the arena, the numbers of workgroups are the words there.
     fn take_from_arena(
         &mut self,
         arena: Handle<GlobalVariable>,

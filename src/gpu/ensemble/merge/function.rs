@@ -14,12 +14,12 @@ pub(super) struct Rewriting<'a> {
     module: &'a Module,
     info: &'a naga::valid::FunctionInfo,
     owned: &'a Owned,
-    /// Where other functions have moved to.
+    /// The new handles of other functions.
     moved: &'a HashMap<Handle<Function>, Handle<Function>>,
     expressions: Arena<Expression>,
-    /// For each old expression the first one that stands in its place, and the one that has its value.
+    /// For each old expression: the first expression that replaces it, and the one with its value.
     places: HashMap<Handle<Expression>, (Handle<Expression>, Handle<Expression>)>,
-    /// The pointers to the beginnings, and the numbers of known indices.
+    /// The pointers to the beginnings, and the literals of constant indices.
     begins: HashMap<Handle<GlobalVariable>, Handle<Expression>>,
     literals: HashMap<u32, Handle<Expression>>,
 }
@@ -63,7 +63,7 @@ impl<'a> Rewriting<'a> {
         self.expressions.append(expression, Span::UNDEFINED)
     }
 
-    /// Pointers and literals need no statement that evaluates them, so they stand before all others.
+    /// Pointers and literals are evaluated without a statement, so they come before all others.
     fn declare(&mut self, old: &Function) {
         for (_, expression) in old.expressions.iter() {
             match *expression {
@@ -90,19 +90,19 @@ impl<'a> Rewriting<'a> {
         self.places[&old].1
     }
 
-    /// The variable that an expression names, if each member has its own.
+    /// The variable of an expression, if each member has its own.
     fn own(&self, old: &Arena<Expression>, pointer: Handle<Expression>) -> Option<(Handle<GlobalVariable>, bool)> {
         let variable = variable_of(old, pointer)?;
         Some((variable, self.owned.get(&variable)?.is_array))
     }
 
-    /// Where a member's own variable begins.
+    /// The beginning of a member's own variable.
     fn begin(&mut self, variable: Handle<GlobalVariable>) -> Handle<Expression> {
         let pointer = self.begins[&variable];
         self.append(Expression::Load { pointer })
     }
 
-    /// Adds what stands in the place of an expression.
+    /// Adds the expressions that replace an expression.
     fn place(
         &mut self,
         old: &Arena<Expression>,
@@ -154,7 +154,7 @@ impl<'a> Rewriting<'a> {
         self.append(Expression::Access { base: self.value(base), index })
     }
 
-    /// An index as `u32`.
+    /// An index converted to `u32`.
     fn unsigned(&mut self, old: Handle<Expression>) -> Handle<Expression> {
         let expr = self.value(old);
         match self.info[old].ty.inner_with(&self.module.types).scalar_kind() {
@@ -163,7 +163,7 @@ impl<'a> Rewriting<'a> {
         }
     }
 
-    /// An expression with the new handles of what it is made of.
+    /// An expression with the new handles of its operands.
     fn copied(&self, expression: &Expression) -> Result<Expression, String> {
         let at = |handle: &Handle<Expression>| self.value(*handle);
         let maybe = |handle: &Option<Handle<Expression>>| handle.map(|handle| self.value(handle));

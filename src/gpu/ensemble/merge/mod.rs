@@ -19,25 +19,27 @@ use naga::{
 };
 use std::collections::HashMap;
 
-/// Words of a member's row before the places of its arrays: workgroups along x and y, and one more than the place in
-/// the arena of the words that say them, zero where the row says them itself.
+/// Words of a member's row before the offsets of its arrays: workgroups along x and y, and the offset in the arena,
+/// plus one, of the words that contain them; zero if the row contains them itself.
 pub(super) const HEAD: usize = 3;
 
-/// What a merged kernel binds: the table at 0, then its arrays, the arena as words, and its parameters if it has some.
+/// The bindings of a merged kernel: the table at 0, then its arrays, the arena as words, and its parameters if it has
+/// any.
 pub(in crate::gpu) struct Merged {
     pub module: Module,
-    /// Bytes from one element to the next of each array; of a variable that is no array, from one member's to the next.
+    /// Bytes from one element to the next of each array; for a variable that is not an array, from one member's value
+    /// to the next.
     pub strides: Vec<u64>,
-    /// Bytes from the parameters of one member to those of the next, where there are parameters.
+    /// Bytes from the parameters of one member to those of the next, if there are parameters.
     pub parameters: Option<u64>,
 }
 
-/// A storage variable of which each member has its own.
+/// A storage variable of which each member has its own copy.
 #[derive(Clone, Copy)]
 struct Own {
-    /// The private variable that says where a member's begins.
+    /// The private variable with the beginning of a member's copy.
     begin: Handle<GlobalVariable>,
-    /// Whether it is an array; else an element of an array of all members'.
+    /// Whether it is an array; otherwise it is an element of an array over all members.
     is_array: bool,
 }
 
@@ -47,19 +49,19 @@ type Owned = HashMap<Handle<GlobalVariable>, Own>;
 struct Variables {
     members: Handle<GlobalVariable>,
     words: Handle<GlobalVariable>,
-    /// Which member an invocation serves.
+    /// The member that an invocation serves.
     member: Handle<GlobalVariable>,
-    /// Where its arrays begin, in the order of their bindings.
+    /// The beginnings of its arrays, in the order of their bindings.
     begins: Vec<Handle<GlobalVariable>>,
     owned: Owned,
-    /// The parameters of all members, and the copy of a member's own.
+    /// The parameters of all members, and the private copy of a member's own.
     copied: Option<[Handle<GlobalVariable>; 2]>,
 }
 
-/// Merges a kernel, whose validation found `info`.
+/// Merges a kernel; `info` is the result of its validation.
 ///
 /// # Errors
-/// What the kernel does that cannot be merged: it asks for an array's length, or for its place among all invocations.
+/// An operation of the kernel that cannot be merged: it uses an array's length, or its index among all invocations.
 pub(in crate::gpu) fn merged(of: &Module, info: &naga::valid::ModuleInfo) -> Result<Merged, String> {
     let mut module = of.clone();
     let mut strides = Vec::new();
@@ -149,8 +151,8 @@ fn declare(module: &mut Module, strides: &mut Vec<u64>, parameters: &mut Option<
     if let Some((handle, base, stride)) = uniform {
         let array = TypeInner::Array { base, size: ArraySize::Dynamic, stride: stride as u32 };
         let ty = scalar(module, None, array);
-        // A driver reads a uniform once for all invocations, but an element of an array for each, every time: the
-        // kernel reads its own from a copy. How much that gains alone was not measured.
+        // A driver reads a uniform once for all invocations, but an array element once per invocation and access. So
+        // the kernel copies its member's parameters. The gain of this alone was not measured.
         module.global_variables[handle].space = AddressSpace::Private;
         module.global_variables[handle].binding = None;
         let all = storage("parameters_of_all", next + 1, ty, StorageAccess::LOAD);

@@ -8,7 +8,7 @@ use crate::lcp::gpu::DeviceProblem;
 use crate::lcp::gpu::verbs::{Device, Slot};
 use crate::lcp::verbs::{InClusters, Verbs};
 
-/// What the clusters of a problem lead to, on the CPU and on a device.
+/// The displacements from the clusters of a problem, on the CPU and on a device.
 fn in_clusters<const D: usize>(gpu: &Gpu, precision: Precision, [rows, most]: [usize; 2], bound: f64) {
     let mut problem = problem::<D>(rows as u64, rows, most);
     let wall = problem.bodies as u32 - 1;
@@ -48,7 +48,7 @@ fn in_clusters<const D: usize>(gpu: &Gpu, precision: Precision, [rows, most]: [u
         assert_eq!(condition < 0.0, made == kept, "{what}");
         let [exact, descent] = [&out, &made].map(|out| cpu.dot(&g, out));
         assert!((exact - descent).abs() <= 1e-3 * exact.abs(), "{what}: {descent:e}, not {exact:e}");
-        // How many nearly parallel rows share a load is a matter of rounding.
+        // How many nearly parallel rows share a load depends on rounding.
         if most > 3 {
             continue;
         }
@@ -62,7 +62,7 @@ fn in_clusters<const D: usize>(gpu: &Gpu, precision: Precision, [rows, most]: [u
 fn clusters_lead_to_what_they_do_on_the_cpu() {
     let Some(gpu) = test_device() else { return };
     for precision in precisions(gpu) {
-        // A row that one step brings to nothing, or by rounding just not, bounds the next step or does not.
+        // Whether a row that one step brings near zero limits the next step depends on rounding.
         let bounds = if precision == Precision::F32 { [1e-5, 1e-2] } else { [1e-11, 1e-2] };
         for size in [[1, 1], [5, 3], [300, 1], [700, 8]] {
             let bound = bounds[usize::from(size[0] > 5)];

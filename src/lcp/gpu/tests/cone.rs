@@ -3,7 +3,7 @@
 use crate::gpu::{Buffer, Gpu, Kernel, Precision, Source, fragment, precisions, test_device};
 use crate::lcp::cone;
 
-/// The functions in the order of the numbers that the kernel leaves for each triple.
+/// The functions in the order of the results of the kernel for each triple.
 const FUNCTIONS: [&str; 12] = [
     "project",
     "lack",
@@ -19,7 +19,7 @@ const FUNCTIONS: [&str; 12] = [
     "residual",
 ];
 
-/// Of the triple x, d, s: all functions, with d as a change, a direction and a gap.
+/// All functions of the triple x, d, s, where d is a change, a direction and a gap.
 const TEXT: &str = "
 @group(0) @binding(0) var<storage, read> triples: array<real>;
 @group(0) @binding(1) var<storage, read_write> found: array<real>;
@@ -49,7 +49,7 @@ fn main(@builtin(local_invocation_index) local: u32) {
 }
 ";
 
-/// What the CPU makes of a triple. It has no functions for changes: they are what they lead to.
+/// The results of the CPU for a triple. It has no functions for changes; their results follow from the other functions.
 fn of_cpu([x, d, s]: [f64; 3]) -> [f64; FUNCTIONS.len()] {
     let say = |it: bool| f64::from(u8::from(it));
     [
@@ -97,7 +97,7 @@ fn the_cone_of_kernels_is_that_of_the_cpu() {
         let made = of_device(gpu, precision, &triples);
         for (triple, made) in triples.iter().zip(made.chunks(FUNCTIONS.len())) {
             for ((name, wanted), made) in FUNCTIONS.iter().zip(of_cpu(*triple)).zip(made) {
-                // The largest number of a kernel stands for one without bound; a device may divide by a reciprocal.
+                // The largest number of a kernel stands for infinity; a device may divide by a reciprocal.
                 let same = if wanted.is_infinite() {
                     *made >= 3e38
                 } else {
@@ -106,7 +106,7 @@ fn the_cone_of_kernels_is_that_of_the_cpu() {
                 assert!(same, "{} {name} of {triple:?}: {made:e}, not {wanted:e}", precision.name());
             }
         }
-        // What is no number is no multiplier.
+        // Values that are not finite are not multipliers.
         let none = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(|x| [x, 0.0, 1.0]);
         let made = of_device(gpu, precision, &none);
         assert!(made.chunks(FUNCTIONS.len()).all(|made| made[2] == 0.0), "{}: {made:?}", precision.name());

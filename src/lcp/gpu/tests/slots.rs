@@ -5,8 +5,8 @@ use crate::gpu::{precisions, test_device};
 use crate::lcp::gpu::{DeviceProblem, Solver};
 use crate::lcp::{Settings, SolverKind};
 
-/// A run and one that goes on from its state have other empty slots: they must not choose between ways that round
-/// differently.
+/// A run and a run resumed from its state have different empty slots. Both must choose the same path, because the paths
+/// round differently.
 #[test]
 fn a_resumed_run_with_more_empty_slots_is_solved_in_the_same_way() {
     let Some(gpu) = test_device() else { return };

@@ -42,13 +42,14 @@ fn arithmetic_is_that_of_the_cpu() {
     }
 }
 
-/// Bytes that an iteration moves a row of a problem in the plane, each element of an array once a dispatch.
+/// Bytes that an iteration moves per row of a planar problem, with each element of an array counted once per dispatch.
 fn bytes_of_a_row(stages: &[StageArguments], real: f64, bodies_of_a_row: f64) -> f64 {
     stages
         .iter()
         .map(|arguments| {
             let text = arguments.shape.entry_point(|x| format!("{x}"));
-            // A vector is named by its place among the parameters. Conditional copies are not made in most iterations.
+            // Vectors are named by their index among the parameters. Conditional copies are not executed in most
+            // iterations.
             let made: String =
                 text.lines().filter(|line| !line.trim_start().starts_with("if ")).collect::<Vec<_>>().join("\n");
             let named = |vector: usize| {
@@ -112,7 +113,7 @@ fn an_iteration_is_four_dispatches_and_six_with_clusters() {
         println!("{}: {:?} dispatches an iteration", precision.name(), lengths(&spans));
         assert!(lengths(&spans).iter().all(|span| *span <= 4), "{}: {:?}", precision.name(), lengths(&spans));
         let arguments: Vec<_> = spans[4].iter().map(|stage| StageArguments::of(&constants, stage, &[])).collect();
-        // Crowded cells have 2.8 rows a body.
+        // Crowded cells have 2.8 rows per body.
         let bytes = bytes_of_a_row(&arguments, precision.bytes() as f64, 1.0 / 2.8);
         println!("{}: {bytes:.0} bytes a row and iteration", precision.name());
         assert!(bytes <= if precision == Precision::F32 { 240.0 } else { 420.0 }, "{bytes}");
@@ -136,8 +137,8 @@ fn a_batch_ends_at_the_look_that_converged() {
             let mut device = Device::new(gpu, &mut machine, &device_problem);
             device.prepare();
             for last in [0.25, f64::NAN] {
-                // Of the residuals 4, 0.25 or NaN, and 0.125 the second one ends the batch.
-                // The iterates are so large that the gradient is the residual.
+                // Of the residuals 4, 0.25 or NaN, and 0.125, the second one ends the batch. The iterates are so large
+                // that the gradient is the residual.
                 let [mut x, mut g, one]: [Slot; 3] = [1e6, 1.0, 1.0].map(|x| device.uploaded(&[x; 10]));
                 let mut worse = device.uploaded(&[last; 10]);
                 for (nth, to) in [4.0, last, 0.125].into_iter().enumerate() {
@@ -157,7 +158,7 @@ fn a_batch_ends_at_the_look_that_converged() {
                 assert_eq!(looks.len(), 2, "{} small {small:?}: {looks:?}", precision.name());
                 assert_eq!(looks[0], 4.0);
                 assert!(looks[1] == last || (last.is_nan() && !looks[1].is_finite()), "{looks:?}");
-                // The iterate that was looked at last is still there.
+                // The iterate of the last check is unchanged.
                 assert_eq!(device.downloaded(&x), [2e6; 10], "{} small {small:?}", precision.name());
             }
         }

@@ -10,7 +10,7 @@ use crate::lcp::product::dot;
 use crate::lcp::verbs::{Metric, Verbs};
 use crate::lcp::{SolverKind, pair_blocks};
 
-/// Both backends with the same vectors: `x` not negative, `y` and `z` any.
+/// Both backends with the same vectors: `x` is not negative, `y` and `z` are arbitrary.
 struct Both<'a, const D: usize> {
     cpu: Cpu<D>,
     device: Device<'a>,
@@ -55,13 +55,13 @@ fn rig<const D: usize>(
     check(&mut Both { cpu, device, rows });
 }
 
-/// A verb on either backend: from three vectors and a number to a vector and a number.
+/// A verb on either backend, from three vectors and a number to a vector and a number.
 trait Rig {
     fn rows(&self) -> usize;
-    /// What the verb makes of these vectors: on the CPU, on the device.
+    /// The result of the verb for these vectors: on the CPU, and on the device.
     fn vector(&mut self, verb: Verb, vectors: [&[f64]; 3], number: f64) -> [Vec<f64>; 2];
     fn number(&mut self, verb: Verb, vectors: [&[f64]; 3]) -> [f64; 2];
-    /// The natural residual of the pairs' small problems at `y`, with blocks whose diagonals are larger by the part
+    /// The natural residual of the pairs' small problems at `y`. The diagonals of the blocks are larger by the fraction
     /// `shift`.
     fn unsolved(&self, vectors: [&[f64]; 3], step: f64, shift: f64) -> f64;
 }
@@ -78,7 +78,7 @@ enum Verb {
     Gradient,
     Proximal(Metric),
     Descend,
-    /// By `number` times the first vector and the rest of them.
+    /// With the sum of the vectors as `w`, the first one multiplied by `number`.
     Displace,
     Advance,
     Dot,
@@ -89,7 +89,7 @@ enum Verb {
     Residual,
 }
 
-/// The third vector is what is written to before.
+/// The third vector has been written before.
 fn make<V: Verbs>(verbs: &mut V, verb: Verb, [x, y, out]: [&mut V::Vector; 3], number: V::Scalar) {
     match verb {
         Verb::Clear => verbs.clear(out),
@@ -179,7 +179,7 @@ fn compare(kind: SolverKind, vectors: &[Verb], numbers: &[Verb]) {
         let (x, y, z) = (vector(1, rows, 0.5), vector(2, rows, 0.0), vector(3, rows, 0.0));
         for verb in vectors {
             for number in [0.75_f64, -1.5] {
-                // A negative step has no minimum.
+                // A projected step with a negative length has no minimum.
                 let number = if matches!(verb, Verb::Proximal(_)) { number.abs() } else { number };
                 let [cpu, device] = rig.vector(*verb, [&x, &y, &z], number);
                 near(&cpu, &device, bound).unwrap_or_else(|e| panic!("{what} {verb:?} {number}: {e}"));
@@ -225,7 +225,7 @@ fn small_problems_of_pairs_are_solved() {
     everywhere(SolverKind::Auto, |what, bound, rig| {
         let rows = rig.rows();
         let (x, y) = (vector(1, rows, 0.5), vector(2, rows, 0.0));
-        // A gradient that motions can bring to zero.
+        // A gradient that motions of the bodies can reduce to zero.
         let [g, _] = rig.vector(Verb::Product, [&y, &y, &y], 1.0);
         let shift = if what.starts_with("f32") { 32.0 * f64::from(f32::EPSILON) } else { 1e-6 };
         let moved = |by: &[f64]| -> Vec<f64> { x.iter().zip(by).map(|(x, by)| x + by).collect() };
@@ -233,7 +233,7 @@ fn small_problems_of_pairs_are_solved() {
         let unsolved = [rig.unsolved([&x, &g, &cpu], 1.0, 1e-6), rig.unsolved([&x, &g, &device], 1.0, shift)];
         println!("{what}: left over {unsolved:?}");
         assert!(unsolved[1] < 10.0 * bound && unsolved[0] < 1e-9, "{what}: {unsolved:?}");
-        // What leads to nothing negative does not change.
+        // If the displacement makes no multiplier negative, it does not change.
         let [_, same] = rig.vector(Verb::Displace, [&x, &x, &y], 0.5);
         assert_eq!(same, x.iter().map(|x| 0.5 * x).collect::<Vec<_>>(), "{what}");
         let [cpu, device] = rig.vector(Verb::Displace, [&x, &y, &x], 1.0).map(|change| moved(&change));
@@ -256,7 +256,7 @@ fn steps_of_pairs_with_many_rows_descend() {
             cpu.rebuild(&problem);
             let mut device = Device::new(gpu, &mut machine, &device_problem);
             device.prepare();
-            // A gradient that motions of the pair can bring to zero.
+            // A gradient that motions of the pair can reduce to zero.
             let (x, mut g) = (vector(1, rows, 0.5), vec![0.0; rows]);
             cpu.product(&vector(2, rows, 0.0), &mut g);
             let [a, b, mut c] = [&x, &g, &x].map(|numbers| device.uploaded(numbers));
@@ -264,7 +264,7 @@ fn steps_of_pairs_with_many_rows_descend() {
             let change = device.downloaded(&c);
             let mut exact = vec![0.0; rows];
             cpu.descend(&x, &g, &mut exact);
-            // With a single pair A is its block.
+            // With a single pair, A is its block.
             let mut model = |step: &Vec<f64>| {
                 let mut bend = vec![0.0; rows];
                 cpu.product(step, &mut bend);
