@@ -52,6 +52,8 @@ pub struct Branch {
     recorded: Recorded,
     /// When the other run started, or the one that it began with.
     start: f64,
+    /// The other run's.
+    before: Scene,
 }
 
 impl Branch {
@@ -83,7 +85,7 @@ impl Branch {
             let asked = exact(time.unwrap_or(f64::NAN));
             return Err(none(format!("its first state is at time {}, after {asked}", exact(first.time))));
         };
-        Ok(Branch { folder, source, recorded, start })
+        Ok(Branch { folder, source, recorded, start, before: scene })
     }
 
     /// The scene of the other run.
@@ -123,6 +125,7 @@ impl Branch {
         if !settled.is_empty() {
             return Err(self.refuse(format!("{} cannot change: the state has them already", settled.join(", "))));
         }
+        scene.follow_defaults(&self.before);
         let (header, mut state) = read_state(&self.source)?;
         let time = self.recorded.time;
         if scene.time_after(header.step) != time {

@@ -2,7 +2,8 @@
 //!
 //! A change at the time `at` acts from the first step on that begins at or after it. The scene of the steps after `k`
 //! changes is the one before with the values of the `k`-th change, in order. So a scene with changes determines its run
-//! alone: the run resumes and repeats to the same bits.
+//! alone: the run resumes and repeats to the same bits. Defaults that depend on other keys follow them at each change,
+//! also those that a run has written into its `scene.json`.
 
 use super::error::{FaultKind, SceneError};
 use super::set::Override;
@@ -97,6 +98,7 @@ impl Scene {
         }
         let under = |fault: SceneError| fault.under(&format!("changes.{index}.set"));
         let mut scene = self.with_sets(&sets).map_err(under)?;
+        scene.follow_defaults(self);
         scene.time = scene.time.continuing(&self.time, step);
         scene.check_without_changes().map_err(under)?;
         Ok(Changed { scene, step, keeps_multipliers: !change.set.keys().any(|key| is_of_contacts(key)) })

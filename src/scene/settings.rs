@@ -107,7 +107,33 @@ impl Scene {
     }
 }
 
+#[cfg(feature = "files")]
+fn follow<T: PartialEq>(now: &mut Option<T>, before: Option<T>, default: Option<T>) {
+    if *now == before && before == default {
+        *now = None;
+    }
+}
+
 impl Scene {
+    /// Drops defaults that [`Scene::with_defaults`] has written into `before`, where this scene still has them: they
+    /// follow its other keys again.
+    #[cfg(feature = "files")]
+    pub(crate) fn follow_defaults(&mut self, before: &Scene) {
+        let mut bare = before.clone();
+        (bare.solver.tolerance, bare.solver.max_iterations) = (None, None);
+        (bare.contact.recursion, bare.contact.cutoff, bare.contact.elastic_slip) = (Recursion::Auto, None, None);
+        let full = bare.with_defaults();
+        let (contact, solver) = (&mut self.contact, &mut self.solver);
+        // A value that is the default, and is still that of before.
+        follow(&mut solver.tolerance, before.solver.tolerance, full.solver.tolerance);
+        follow(&mut solver.max_iterations, before.solver.max_iterations, full.solver.max_iterations);
+        follow(&mut contact.cutoff, before.contact.cutoff, full.contact.cutoff);
+        follow(&mut contact.elastic_slip, before.contact.elastic_slip, full.contact.elastic_slip);
+        if contact.recursion == before.contact.recursion && before.contact.recursion == full.contact.recursion {
+            contact.recursion = Recursion::Auto;
+        }
+    }
+
     /// How tightly the solves before a step's last one are made: exactly or inexactly.
     pub fn recursion(&self) -> Recursion {
         match self.contact.recursion {

@@ -26,6 +26,8 @@ impl Changing {
             return Err(refuse("a scene with `changes` runs on one process".into()));
         }
         let (mut scene, mut made, mut due) = (whole.clone(), 0, None);
+        // That of the whole run, where a change of the step size moves `time.start`.
+        scene.output.every = scene.output_every();
         let mut from = 0;
         while made < whole.changes.len() {
             let next = scene.changed(made, from).map_err(|fault| refuse(fault.to_string()))?;
