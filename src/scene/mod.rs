@@ -50,6 +50,7 @@ pub use built_in::BuiltIn;
 pub use error::{FaultKind, SceneError};
 #[doc(hidden)]
 pub use nearest::nearest;
+pub(crate) use orientation::{norm as quaternion_norm, unit as unit_quaternion};
 #[cfg(feature = "files")]
 pub use read::{MAX_FILE_BYTES, NO_OVERRIDES};
 #[cfg(feature = "files")]

@@ -104,6 +104,14 @@ pub enum Fault {
         /// Its message.
         what: String,
     },
+    /// A rule of the simulation's [`Rules`](crate::simulation::Rules) failed, or set a value that is not allowed.
+    #[error("step {step}: {what}")]
+    Rules {
+        /// The step that was being taken.
+        step: u64,
+        /// Which rule, and why.
+        what: String,
+    },
     /// The device failed, or does not support the scene.
     #[error(transparent)]
     Device(#[from] GpuError),
@@ -142,6 +150,7 @@ impl Fault {
             Fault::NoSeparation { .. } => "no_separation",
             Fault::NoProxy(_) => "no_proxy",
             Fault::Force { .. } => "force",
+            Fault::Rules { .. } => "rules",
             Fault::Device(_) => "device",
             Fault::Processes(_) => "processes",
         }

@@ -32,6 +32,10 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
         self.setup.forces.push(force);
     }
 
+    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
+        self.setup.forces.split_off(self.setup.scene_forces)
+    }
+
     fn all_bodies(&self) -> Result<&Bodies, Fault> {
         Ok(self.team.all_bodies(&self.state.bodies))
     }

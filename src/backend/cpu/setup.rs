@@ -19,6 +19,8 @@ pub struct Setup {
     pub(super) time: Time,
     pub(super) growth: Option<Cells>,
     pub(super) forces: Vec<Box<dyn ForceField>>,
+    /// How many of them are the scene's; those that were added come after.
+    pub(super) scene_forces: usize,
     pub(super) bonds: Bonds,
     pub(super) heat: Option<Heat>,
     pub(super) strain: Option<Strain>,
@@ -51,6 +53,7 @@ impl Setup {
             time: model.time,
             growth: model.cells.clone(),
             bonds: model.bonds.clone(),
+            scene_forces: forces.len(),
             forces,
             heat: model.heat,
             strain: model.strain,
