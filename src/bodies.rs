@@ -1,5 +1,9 @@
 //! The state of all bodies, one array a quantity: the configuration `C^k` of the method.
 
+mod columns;
+
+pub use columns::{Columns, OwnGrowth};
+
 use crate::motion::Twist;
 use crate::periodic::Periods;
 use crate::separation::{Placed, farthest};
@@ -67,6 +71,8 @@ pub struct Bodies {
     pub group: Vec<u32>,
     /// Identity and ancestry.
     pub lineage: Vec<Lineage>,
+    /// What single bodies have beside what their scene gives them.
+    pub columns: Columns,
     /// The indices in the scene of broken bonds, ascending.
     pub broken_bonds: Vec<u32>,
     /// The periods of the space that they are in. Positions are not wrapped.
@@ -116,6 +122,7 @@ impl Bodies {
         self.angular_velocity.push(DVec3::ZERO);
         self.group.push(group);
         self.lineage.push(Lineage { id: index as u64, parent: None, birth: 0.0, generation: 0, birth_length: None });
+        self.columns.push();
         index
     }
 
@@ -128,6 +135,7 @@ impl Bodies {
         kept(&mut self.angular_velocity, keep);
         kept(&mut self.group, keep);
         kept(&mut self.lineage, keep);
+        self.columns.retain(keep);
     }
 
     /// The first body with a custom shape, which files and devices do not support.
@@ -202,6 +210,7 @@ impl Clone for Bodies {
         self.angular_velocity.clone_from(&from.angular_velocity);
         self.group.clone_from(&from.group);
         self.lineage.clone_from(&from.lineage);
+        self.columns.clone_from(&from.columns);
         self.broken_bonds.clone_from(&from.broken_bonds);
         self.periods = from.periods;
         self.planar = from.planar;

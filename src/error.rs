@@ -3,6 +3,7 @@
 use crate::gpu::GpuError;
 use crate::scene::SceneError;
 use crate::shape::{ConvexError, ProxyError, ShapeError};
+use crate::simulation::ChangeError;
 use crate::step::Fault;
 #[cfg(feature = "files")]
 use crate::{batch, export, measure, record, render, run};
@@ -33,6 +34,9 @@ pub enum Error {
     /// A simulation could not be started, or a step could not be taken.
     #[error(transparent)]
     Fault(#[from] Fault),
+    /// A change of a simulation's state was refused.
+    #[error(transparent)]
+    Change(#[from] ChangeError),
     /// A shape has a size out of range.
     #[error(transparent)]
     Shape(#[from] ShapeError),

@@ -37,7 +37,7 @@ pub(crate) use flow::Stream;
 pub(crate) use force::along;
 pub(crate) use force::force_fields;
 pub use force::{Force, ForceField, Frame, Load, Window};
-pub(crate) use growth::{Cells, MOST_LENGTH_NOISE, stretch};
+pub(crate) use growth::{Cells, MOST_LENGTH_NOISE, Species, stretch};
 pub use growth::{DivisionRule, Growth, OnNoRoom, Stop, StopReason};
 pub(crate) use inertial::Inertial;
 pub use law::Dynamics;

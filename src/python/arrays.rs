@@ -1,8 +1,9 @@
-//! Conversion of Rust data to numpy arrays, and of documents to dicts. All arrays are copies: a later step does not
-//! change them.
+//! Conversion of Rust data to numpy arrays, and of documents to dicts. All arrays are copies that a later step does not
+//! change. They are read-only, as writing to a copy would change no simulation.
 
 use glam::DVec3;
-use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::ndarray::Dimension;
+use numpy::{Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use serde::Serialize;
 
@@ -11,13 +12,18 @@ pub(super) const NO_PARENT: u64 = u64::MAX;
 
 /// One number per row.
 pub(super) fn column<T: Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyArray1<T>> {
-    values.into_pyarray(py)
+    read_only(values.into_pyarray(py))
+}
+
+fn read_only<T: Element, D: Dimension>(array: Bound<'_, PyArray<T, D>>) -> Bound<'_, PyArray<T, D>> {
+    let locked = array.readwrite().make_nonwriteable();
+    (*locked).clone()
 }
 
 /// `N` numbers per row.
 pub(super) fn table<T: Element, const N: usize>(py: Python<'_>, rows: Vec<[T; N]>) -> PyResult<Bound<'_, PyArray2<T>>> {
     let shape = [rows.len(), N];
-    rows.into_flattened().into_pyarray(py).reshape(shape)
+    rows.into_flattened().into_pyarray(py).reshape(shape).map(read_only)
 }
 
 /// Vectors as rows.

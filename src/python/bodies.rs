@@ -2,6 +2,9 @@
 
 use super::arrays::{NO_PARENT, column, table, vectors};
 use crate::bodies::Bodies;
+use crate::dynamics::pressures;
+use crate::simulation::CellState;
+use crate::warm::Warm;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
@@ -40,18 +43,25 @@ pub(super) fn generations(bodies: &Bodies) -> Vec<u32> {
     bodies.lineage.iter().map(|line| line.generation).collect()
 }
 
-/// All bodies at the time at which a force is evaluated: the arrays of a `Simulation`, one row per body, each made when
-/// it is read. Every array is a copy.
+/// All bodies at the time at which a force or a rule is evaluated: the arrays of a `Simulation`, one row per body, each
+/// made when it is read. Every array is a read-only copy.
 #[pyclass(frozen, name = "Bodies", module = "relcp")]
 pub(super) struct PyBodies {
     bodies: Bodies,
     time: f64,
+    /// The contact forces of the last step, for rules.
+    warm: Vec<Warm>,
 }
 
 impl PyBodies {
     /// A copy of the bodies at a time.
     pub fn new(bodies: &Bodies, time: f64) -> Self {
-        PyBodies { bodies: bodies.clone(), time }
+        PyBodies { bodies: bodies.clone(), time, warm: Vec::new() }
+    }
+
+    /// A copy of the bodies that rules see.
+    pub fn of_cells(state: &CellState<'_>) -> Self {
+        PyBodies { warm: state.warm().to_vec(), ..PyBodies::new(state.bodies, state.time) }
     }
 }
 
@@ -125,5 +135,27 @@ impl PyBodies {
     #[getter]
     fn ids<'py>(&self, py: Python<'py>) -> Column<'py, u64> {
         Ok(column(py, ids(&self.bodies)))
+    }
+    /// (N,) uint64: the id that divided into this one; `relcp.NO_PARENT` for a founder.
+    #[getter]
+    fn parents<'py>(&self, py: Python<'py>) -> Column<'py, u64> {
+        Ok(column(py, parents(&self.bodies)))
+    }
+
+    /// (N,): times of birth.
+    #[getter]
+    fn births<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
+        Ok(column(py, births(&self.bodies)))
+    }
+
+    /// (N,) uint32: divisions since the founder.
+    #[getter]
+    fn generations<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
+        Ok(column(py, generations(&self.bodies)))
+    }
+
+    /// (N,): pressures by the contact forces of the last step, where rules see them.
+    fn _pressures<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
+        Ok(column(py, pressures(&self.bodies, &self.warm, self.bodies.planar)))
     }
 }

@@ -17,13 +17,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 thread_local! {
-    /// The simulations whose forces are being evaluated on this thread.
+    /// The simulations whose forces or rules are being evaluated on this thread.
     static EVALUATING: RefCell<Vec<u64>> = const { RefCell::new(Vec::new()) };
 }
 
 static SIMULATIONS: AtomicU64 = AtomicU64::new(0);
 
-/// Shared by a simulation and its forces: its identity, and the exception of a function.
+/// Shared by a simulation, its forces and its rules: its identity, and the exception of a function.
 #[derive(Clone)]
 pub(super) struct ForceCalls {
     number: u64,
@@ -36,9 +36,25 @@ impl ForceCalls {
         ForceCalls { number: SIMULATIONS.fetch_add(1, Ordering::Relaxed), raised: Arc::default() }
     }
 
-    /// Whether this thread is evaluating a force of the simulation.
+    /// Whether this thread is evaluating a force or a rule of the simulation.
     pub fn is_evaluating(&self) -> bool {
         EVALUATING.with_borrow(|numbers| numbers.contains(&self.number))
+    }
+
+    /// Calls Python code of the user on the thread that takes a step. Its exception is kept, and its message returned.
+    pub fn ask<T>(&self, code: impl FnOnce(Python<'_>) -> PyResult<T>) -> Result<T, String> {
+        EVALUATING.with_borrow_mut(|numbers| numbers.push(self.number));
+        let asked = Python::try_attach(code);
+        EVALUATING.with_borrow_mut(|numbers| numbers.pop());
+        match asked {
+            Some(Ok(answer)) => Ok(answer),
+            Some(Err(raised)) => {
+                let said = raised.to_string();
+                *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised);
+                Err(said)
+            }
+            None => Err("the interpreter is shutting down".into()),
+        }
     }
 
     /// The exception of a function since the last call.
@@ -64,7 +80,7 @@ impl PyForce {
         Ok(PyForce { function: function.unbind(), force_calls, loads: RwLock::default() })
     }
 
-    fn ask(&self, py: Python<'_>, bodies: &Bodies, time: f64) -> PyResult<Vec<Load>> {
+    fn evaluate(&self, py: Python<'_>, bodies: &Bodies, time: f64) -> PyResult<Vec<Load>> {
         let seen = Bound::new(py, PyBodies::new(bodies, time))?;
         let given = self.function.bind(py).call1((seen,))?;
         let (forces, torques) = match given.cast::<PyTuple>() {
@@ -113,21 +129,9 @@ fn rows(given: &Bound<'_, PyAny>, what: &str, bodies: usize) -> PyResult<Vec<DVe
 
 impl ForceField for PyForce {
     fn prepare(&self, bodies: &Bodies, time: f64) -> Result<(), String> {
-        EVALUATING.with_borrow_mut(|numbers| numbers.push(self.force_calls.number));
-        let asked = Python::try_attach(|py| self.ask(py, bodies, time));
-        EVALUATING.with_borrow_mut(|numbers| numbers.pop());
-        match asked {
-            Some(Ok(loads)) => {
-                *self.loads.write().unwrap_or_else(PoisonError::into_inner) = loads;
-                Ok(())
-            }
-            Some(Err(raised)) => {
-                let said = raised.to_string();
-                *self.force_calls.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised);
-                Err(said)
-            }
-            None => Err("the interpreter is shutting down".into()),
-        }
+        let loads = self.force_calls.ask(|py| self.evaluate(py, bodies, time))?;
+        *self.loads.write().unwrap_or_else(PoisonError::into_inner) = loads;
+        Ok(())
     }
 
     fn load(&self, _bodies: &Bodies, i: usize, _time: f64) -> Load {

@@ -6,6 +6,7 @@
 
 mod arrays;
 mod bodies;
+mod change;
 mod compute;
 mod contacts;
 mod driver;
@@ -13,7 +14,9 @@ mod ensemble;
 mod error;
 mod force;
 mod limit;
+mod measure;
 mod report;
+mod rules;
 mod scene;
 mod session;
 mod simulation;

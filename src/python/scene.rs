@@ -4,21 +4,21 @@ use super::arrays::loads;
 use super::error::{bad_scene, scene_fault};
 use crate::record::scene_hash;
 use crate::scene::{Override, Scene, SceneError, Source};
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::{PyException, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use std::path::PathBuf;
 
 /// The name in messages of a scene without a text.
-const DICT: &str = "dict";
+pub(super) const DICT: &str = "dict";
 
-/// Everything that determines a run: validated and immutable.
+/// Everything that determines a run: validated and immutable. `Scene(value, overrides=None)` is `from_dict`.
 #[pyclass(frozen, name = "Scene", module = "relcp")]
 pub(super) struct PyScene(pub Scene);
 
 /// A Python value as JSON text. numpy arrays and numbers become lists and numbers by their `tolist`. A fault names the
 /// value.
-fn dumps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
+pub(super) fn dumps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
     let py = value.py();
     let arguments = PyDict::new(py);
     arguments.set_item("allow_nan", false)?;
@@ -58,7 +58,13 @@ fn overrides(py: Python<'_>, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<O
     given.try_iter()?.enumerate().map(|(index, set)| text(format!("overrides[{index}]"), set?)).collect()
 }
 
-fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[Override], written: bool) -> PyResult<PyScene> {
+pub(super) fn from_text(
+    py: Python<'_>,
+    text: &str,
+    origin: &str,
+    sets: &[Override],
+    written: bool,
+) -> PyResult<PyScene> {
     // A fault in an override keeps its origin; a location in the text has no meaning for a dict.
     py.detach(|| Source::new(text, origin).scene(sets)).map(PyScene).map_err(|fault| {
         let in_text = fault.origin() == Some(origin);
@@ -68,6 +74,18 @@ fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[Override], writte
 
 #[pymethods]
 impl PyScene {
+    #[new]
+    #[pyo3(signature = (value, overrides=None))]
+    fn new(value: &Bound<'_, PyAny>, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let dict = value.cast::<PyDict>().map_err(|_| {
+            PyTypeError::new_err(format!(
+                "Scene: expected a dict, found {}; Scene.load reads built-in scenes and files, Scene.from_json text",
+                value.get_type().name().map_or_else(|_| "another type".to_owned(), |name| name.to_string())
+            ))
+        })?;
+        PyScene::from_dict(dict, overrides)
+    }
+
     /// Reads a built-in scene by its name, or else a scene file by its path.
     ///
     /// `overrides` replaces values: `{"time.end": 20, "bodies.0.position.1": 2.5}` or `["time.end=20"]`. Raises

@@ -3,10 +3,10 @@
 use super::compute::shared_threads_live;
 use crate::dynamics::ForceField;
 use crate::error::Error;
-use crate::record::{RecordError, Totals, scene_hash, write_state};
+use crate::record::{RecordError, StateError, Totals, encode, scene_hash, write_state};
 use crate::run::{RunStatus, Summary};
 use crate::scene::Scene;
-use crate::simulation::{Compute, Simulation};
+use crate::simulation::{CellValues, Change, ChangeError, Compute, Rules, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap_but};
 use rayon::ThreadPool;
 use std::path::Path;
@@ -139,6 +139,36 @@ impl Session {
     /// Adds a force to those of the scene.
     pub fn add_force(&mut self, force: Box<dyn ForceField>) {
         self.simulation.add_force(force);
+    }
+
+    /// Changes the state.
+    pub fn change(&mut self, change: &Change) -> Result<Vec<u64>, ChangeError> {
+        let Session { simulation, threads, .. } = self;
+        threads.run(move || simulation.change(change))
+    }
+
+    /// Sets the rules of the cells, or none.
+    pub fn set_rules(&mut self, rules: Option<Box<dyn Rules>>) {
+        match rules {
+            Some(rules) => self.simulation.set_rules(rules),
+            None => drop(self.simulation.take_rules()),
+        }
+    }
+
+    /// What rules may change, as it is now.
+    pub fn cell_values(&mut self) -> Result<CellValues, Fault> {
+        self.simulation.cell_values()
+    }
+
+    /// The number of its own threads, if it has some.
+    pub fn own_threads(&self) -> Option<usize> {
+        self.threads.own.as_ref().map(ThreadPool::current_num_threads)
+    }
+
+    /// A checkpoint as bytes.
+    pub fn encoded(&self) -> Result<Result<Vec<u8>, StateError>, Fault> {
+        let state = self.simulation.state()?;
+        Ok(encode(state, &self.scene_hash, self.simulation.time(), Some(&self.totals)))
     }
 
     /// The simulation.

@@ -2,24 +2,29 @@
 
 use super::arrays::{column, json, table, vectors};
 use super::bodies::{self, Column, Table};
+use super::change::{bodies as bodies_of, refused, setting, which};
 use super::compute::Wanted;
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
 use super::force::{ForceCalls, PyForce};
 use super::limit::{StepLimit, asks_to_stop};
+use super::measure;
 use super::report::StepReport;
+use super::rules::PyRules;
 use super::scene::PyScene;
 use super::session::{End, Session, Threads};
 use crate::bodies::Bodies;
 use crate::error::Error;
-use crate::record::{read_state, scene_hash, state_hash};
+use crate::measure::select;
+use crate::record::{decode, read_state, scene_hash, state_hash};
 use crate::run::Summary;
 use crate::scene::Scene;
-use crate::simulation::Compute;
+use crate::simulation::{CellValues, Change, Compute, Rules};
 use crate::step::{Fault, State};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -37,21 +42,32 @@ const SIGNALS_EVERY: Duration = Duration::from_millis(50);
 /// `precision` is "f32" or "f64" on a GPU; by default f64 on a software adapter and f32 on hardware; `adapter` is a
 /// part of a GPU's name. The same scene gives the same bits for any number of threads, and those of the program.
 ///
-/// Every array is a copy of the state after the last accepted step, with one row per body; N is the number of bodies.
-/// Lengths and times are in the scene's units.
+/// Every array is a read-only copy of the state after the last accepted step, with one row per body; N is the number of
+/// bodies. `set`, `add` and `remove` change the state, `rules` lets cells decide. Lengths and times are in the scene's
+/// units.
 #[pyclass(frozen, name = "Simulation", module = "relcp")]
 pub(super) struct PySimulation {
     session: Mutex<Session>,
     /// Whether its state is on a device.
     on_device: bool,
-    /// Shared with its forces.
+    /// Shared with its forces and its rules.
     force_calls: ForceCalls,
+    /// The functions of its forces and the object of its rules, for pickles.
+    given: Mutex<Given>,
+}
+
+/// What Python has given a simulation.
+#[derive(Default)]
+struct Given {
+    forces: Vec<Py<PyAny>>,
+    rules: Option<Py<PyAny>>,
 }
 
 impl PySimulation {
     fn hold(session: Session, compute: &Compute) -> Self {
         let on_device = !matches!(compute, Compute::Cpu);
-        PySimulation { session: Mutex::new(session), on_device, force_calls: ForceCalls::new() }
+        let (session, given) = (Mutex::new(session), Mutex::default());
+        PySimulation { session, on_device, force_calls: ForceCalls::new(), given }
     }
 
     /// Starts a scene from its own bodies.
@@ -98,7 +114,7 @@ impl PySimulation {
     fn session(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Session>> {
         if self.force_calls.is_evaluating() {
             return Err(SimulationError::new_err(
-                "this simulation is evaluating a force during a step; use the force's argument instead",
+                "this simulation is evaluating a force or a rule during a step; use the argument of that function instead",
             ));
         }
         let session = self.session.lock_py_attached(py);
@@ -131,12 +147,28 @@ impl PySimulation {
         self.copy(py, |state| of(&state.bodies))
     }
 
-    /// The exception for a step's fault: that of a force if it raised one.
+    /// The exception for a step's fault: that of a force or a rule if it raised one.
     pub(super) fn fault(&self, no: Fault) -> PyErr {
         match (&no, self.force_calls.take()) {
-            (Fault::Force { .. }, Some(raised)) => raised,
+            (Fault::Force { .. } | Fault::Rules { .. }, Some(raised)) => raised,
+            (Fault::Rules { .. }, None) => PyValueError::new_err(no.to_string()),
             _ => fault(no),
         }
+    }
+
+    /// Changes the state.
+    fn change(&self, py: Python<'_>, change: &Change) -> PyResult<Vec<u64>> {
+        self.compute(py, |session| session.change(change))?.map_err(|no| refused(py, no))
+    }
+
+    /// What rules may change, as it is now.
+    fn cells(&self, py: Python<'_>) -> PyResult<CellValues> {
+        self.compute(py, |session| session.cell_values())?.map_err(fault)
+    }
+
+    fn given(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Given>> {
+        let given = self.given.lock_py_attached(py);
+        given.map_err(|_| SimulationError::new_err("an internal fault ended this simulation"))
     }
 
     /// Takes steps, if any are left.
@@ -270,9 +302,203 @@ impl PySimulation {
     /// a GPU it is called on the host, with a state that is read back in each step. Its exception ends the step and is
     /// raised by `step` or `run`, with the state before that step. It cannot use this simulation.
     fn add_force(&self, py: Python<'_>, force: Bound<'_, PyAny>) -> PyResult<()> {
-        let force = PyForce::new(force, self.force_calls.clone())?;
-        self.session(py)?.add_force(Box::new(force));
+        let made = PyForce::new(force.clone(), self.force_calls.clone())?;
+        self.session(py)?.add_force(Box::new(made));
+        self.given(py)?.forces.push(force.unbind());
         Ok(())
+    }
+
+    /// Sets values of bodies between two steps: arrays with one row per body, or for the bodies of `of` (indices, a
+    /// slice or a mask) or `ids`; a single row stands for all of these. All is set, or after an exception nothing.
+    ///
+    /// `position` (N, 3); `orientation` (N, 4), [w, x, y, z], normalized; `velocity` and `angular_velocity` (N, 3),
+    /// under the inertial law; `length` (N,), tip to tip, of spherocylinders; `rate` (N,), relative growth per time, and
+    /// `division_length` (N,), of cells that grow, in place of their species' (infinite: never divides); `group` (N,),
+    /// by name or index (NO_GROUP, or None in a list: none); `columns`, a dict of names to arrays (N,) of your own,
+    /// which daughters inherit and states hold. On a GPU the state is read back and written.
+    ///
+    /// Raises ValueError with the argument and the row, IndexError for bodies that there are not.
+    #[pyo3(signature = (
+        of=None, *, ids=None, position=None, orientation=None, velocity=None, angular_velocity=None, length=None,
+        rate=None, division_length=None, group=None, columns=None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "each is an argument by name")]
+    fn set<'py>(
+        &self,
+        py: Python<'py>,
+        of: Option<&Bound<'py, PyAny>>,
+        ids: Option<&Bound<'py, PyAny>>,
+        position: Option<Bound<'py, PyAny>>,
+        orientation: Option<Bound<'py, PyAny>>,
+        velocity: Option<Bound<'py, PyAny>>,
+        angular_velocity: Option<Bound<'py, PyAny>>,
+        length: Option<Bound<'py, PyAny>>,
+        rate: Option<Bound<'py, PyAny>>,
+        division_length: Option<Bound<'py, PyAny>>,
+        group: Option<Bound<'py, PyAny>>,
+        columns: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<()> {
+        let (scene, bodies) = {
+            let session = self.session(py)?;
+            (session.simulation().scene().clone(), session.simulation().bodies())
+        };
+        let (which, count) = which(of, ids, bodies)?;
+        let values = [
+            ("group", group),
+            ("position", position),
+            ("orientation", orientation),
+            ("velocity", velocity),
+            ("angular_velocity", angular_velocity),
+            ("length", length),
+            ("rate", rate),
+            ("division_length", division_length),
+            ("columns", columns),
+        ];
+        self.change(py, &setting(&which, count, &values, &scene)?)?;
+        Ok(())
+    }
+
+    /// Adds bodies, dicts as in a scene's `bodies`, after all others; returns their ids. They are born now, in groups
+    /// that bodies of the scene start in. Raises SceneError with the key of the fault.
+    fn add<'py>(&self, py: Python<'py>, bodies: &Bound<'py, PyAny>) -> Column<'py, u64> {
+        let scene = self.session(py)?.simulation().scene().clone();
+        let change = Change::new().add(bodies_of(bodies, &scene)?);
+        Ok(column(py, self.change(py, &change)?))
+    }
+
+    /// Removes the bodies of `of` (indices, a slice or a mask), or those with these `ids`.
+    #[pyo3(signature = (of=None, *, ids=None))]
+    fn remove(&self, py: Python<'_>, of: Option<&Bound<'_, PyAny>>, ids: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        if of.is_none() && ids.is_none() {
+            return Err(PyTypeError::new_err("remove: name bodies by `of` or `ids`; of=slice(None) stands for all"));
+        }
+        let bodies = self.session(py)?.simulation().bodies();
+        let (which, _) = which(of, ids, bodies)?;
+        self.change(py, &Change::new().remove(which))?;
+        Ok(())
+    }
+
+    /// An object that decides how cells grow and divide, or None. It has `update(cells)`, called before each step,
+    /// `divide(mother, daughters)`, called for each cell that divides, or both; see `relcp.Cells` and `relcp.Cell`.
+    ///
+    /// The methods must depend on their arguments alone, and keep what they remember in columns, or a run cannot be
+    /// repeated. Exceptions, and values that are not allowed (ValueError, with the cell), end the step and are raised by
+    /// `step` or `run`, with the state before that step.
+    #[getter]
+    fn rules(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        Ok(self.given(py)?.rules.as_ref().map(|rules| rules.clone_ref(py)))
+    }
+
+    #[setter]
+    fn set_rules(&self, py: Python<'_>, rules: Option<Bound<'_, PyAny>>) -> PyResult<()> {
+        let scene = self.session(py)?.simulation().scene().clone();
+        let made = rules.as_ref().map(|rules| PyRules::new(rules, self.force_calls.clone(), scene)).transpose()?;
+        self.session(py)?.set_rules(made.map(|made| Box::new(made) as Box<dyn Rules>));
+        self.given(py)?.rules = rules.map(Bound::unbind);
+        Ok(())
+    }
+
+    /// A measure of the present state by its name, as `relcp measure` has it: a dict of values by column (None where
+    /// undefined), `remark` (why a part is missing, or None), and for a measure with a profile `profile`, a dict of
+    /// arrays.
+    fn measure<'py>(&self, py: Python<'py>, name: String) -> PyResult<Bound<'py, PyDict>> {
+        let chosen = select(&[name]).map_err(|no| PyValueError::new_err(no.to_string()))?;
+        let [measure] = chosen[..] else { return Err(PyValueError::new_err("name: expected the name of one measure")) };
+        let found = self.compute(py, |session| session.compute(|simulation| measure::found(simulation, measure)))?;
+        measure::dict(py, measure, found.map_err(fault)?)
+    }
+
+    /// (N,): relative growth rates without pressure; zero for a body that does not grow.
+    #[getter]
+    fn rates<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
+        Ok(column(py, self.cells(py)?.rate))
+    }
+
+    /// (N,): lengths at which cells divide; infinite by a timer, and for a body that does not grow.
+    #[getter]
+    fn division_lengths<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
+        Ok(column(py, self.cells(py)?.division_length))
+    }
+
+    /// The columns of your own, (N,) each, by name.
+    #[getter]
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        for (name, values) in self.cells(py)?.columns {
+            columns.set_item(name, column(py, values))?;
+        }
+        Ok(columns)
+    }
+
+    /// The name of each body's shape, a list.
+    #[getter]
+    fn shape_labels(&self, py: Python<'_>) -> PyResult<Vec<&'static str>> {
+        self.bodies(py, |bodies| bodies.shape.iter().map(|shape| shape.name()).collect())
+    }
+
+    /// The name of each body's group, a list; None for a body without one.
+    #[getter]
+    fn group_labels(&self, py: Python<'_>) -> PyResult<Vec<Option<String>>> {
+        let names = self.session(py)?.simulation().scene().group_names();
+        self.bodies(py, |bodies| bodies.group.iter().map(|group| names.get(*group as usize).cloned()).collect())
+    }
+
+    /// The number of bodies after the last accepted step.
+    #[getter]
+    fn n_bodies(&self, py: Python<'_>) -> PyResult<usize> {
+        self.count(py)
+    }
+
+    /// The number of steps accepted so far.
+    #[getter]
+    fn n_steps(&self, py: Python<'_>) -> PyResult<u64> {
+        self.steps(py)
+    }
+
+    /// Pickled as the scene, a checkpoint, and the forces and rules that were given, which must be picklable too. The
+    /// copy goes on to the same bits on the CPU.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (scene, state, threads) = {
+            let session = self.session(py)?;
+            let state = session.encoded().map_err(fault)?;
+            (session.simulation().scene().clone(), state, session.own_threads())
+        };
+        let state = state.map_err(|no| SimulationError::new_err(no.to_string()))?;
+        let (backend, precision) = match self.on_device {
+            true => ("gpu", Some(self.precision(py)?)),
+            false => ("cpu", None),
+        };
+        let given = self.given(py)?;
+        let forces: Vec<Py<PyAny>> = given.forces.iter().map(|force| force.clone_ref(py)).collect();
+        let rules = given.rules.as_ref().map(|rules| rules.clone_ref(py));
+        let arguments = (PyScene(scene), PyBytes::new(py, &state), backend, threads, precision, forces, rules);
+        let restore = py.import("relcp")?.getattr("Simulation")?.getattr("_restore")?;
+        Ok((restore, arguments.into_pyobject(py)?))
+    }
+
+    /// Restores a simulation from its pickle.
+    #[staticmethod]
+    #[expect(clippy::too_many_arguments, reason = "the parts of a pickle")]
+    fn _restore(
+        py: Python<'_>,
+        scene: &PyScene,
+        state: &[u8],
+        backend: &str,
+        threads: Option<usize>,
+        precision: Option<&str>,
+        forces: Vec<Bound<'_, PyAny>>,
+        rules: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let wanted = Wanted { backend, threads, precision, adapter: None };
+        let threads = Threads::new(wanted.pool()?);
+        let (header, state) = py.detach(|| decode(state)).map_err(|no| RecordError::new_err(no.to_string()))?;
+        let compute: Compute = wanted.settle(py, &scene.0)?;
+        let (scene, totals) = (scene.0.clone(), header.totals.unwrap_or_default());
+        let session = py.detach(|| Session::resume(&compute, scene, state, totals, threads)).map_err(fault)?;
+        let simulation = PySimulation::hold(session, &compute);
+        forces.into_iter().try_for_each(|force| simulation.add_force(py, force))?;
+        simulation.set_rules(py, rules)?;
+        Ok(simulation)
     }
 
     /// The scene.

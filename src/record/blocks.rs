@@ -2,7 +2,7 @@
 
 use super::error::StateError;
 use super::npz::{Archive, Block, Data};
-use crate::bodies::{Bodies, Lineage};
+use crate::bodies::{Bodies, Columns, Lineage};
 use crate::periodic::Periods;
 use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
@@ -13,6 +13,12 @@ use glam::{DQuat, DVec3};
 
 /// The lengths of bodies at birth; NaN if a body's division rule does not need it.
 const BIRTH_LENGTH: &str = "birth_length";
+
+/// The rates and the division lengths that are a cell's own; NaN of a cell that has none.
+const OWN_GROWTH: [&str; 2] = ["own_rate", "own_division_length"];
+
+/// The named columns of bodies, one after the other, in the order of their names in the header.
+const COLUMNS: &str = "columns";
 
 /// The friction forces of near pairs, where there are any.
 const TANGENT: &str = "warm_tangent";
@@ -63,7 +69,48 @@ pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
         blocks.push(u32s("broken_bonds", bodies.broken_bonds.iter().map(|bond| [*bond])));
     }
     blocks.extend(born().any(|length| length.is_some()).then_some(birth_length));
+    blocks.extend(column_blocks(&bodies.columns, bodies.len()));
     blocks
+}
+
+/// The values that bodies have of their own, if any has some.
+fn column_blocks(columns: &Columns, bodies: usize) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    if columns.has_growth() {
+        let own = |i: usize| columns.growth(i);
+        let [rate, length] = OWN_GROWTH;
+        blocks.push(f64s(rate, (0..bodies).map(|i| [own(i).rate.unwrap_or(f64::NAN)])));
+        blocks.push(f64s(length, (0..bodies).map(|i| [own(i).division_length.unwrap_or(f64::NAN)])));
+    }
+    if columns.named().next().is_some() {
+        blocks.push(f64s(COLUMNS, columns.named().flat_map(|(_, values)| values).map(|value| [*value])));
+    }
+    blocks
+}
+
+/// Reads the arrays of [`column_blocks`]; `names` are those of the columns, ascending.
+pub(super) fn read_columns(source: &mut Archive, rows: usize, names: &[String]) -> Result<Columns, StateError> {
+    let mut columns = Columns::default();
+    if source.has(OWN_GROWTH[0]) {
+        for (nth, name) in OWN_GROWTH.into_iter().enumerate() {
+            for (row, [value]) in source.f64s::<1>(name, rows)?.into_iter().enumerate() {
+                let own = columns.growth_mut(row, rows);
+                let of = if nth == 0 { &mut own.rate } else { &mut own.division_length };
+                *of = (!value.is_nan()).then_some(value);
+                if value < 0.0 {
+                    return Err(StateError::row(name, row));
+                }
+            }
+        }
+    }
+    if !names.is_empty() {
+        let values = source.f64s::<1>(COLUMNS, names.len().saturating_mul(rows))?;
+        for (nth, name) in names.iter().enumerate() {
+            let own = columns.named_mut(name, rows);
+            own.iter_mut().zip(&values[nth * rows..]).for_each(|(own, [value])| *own = *value);
+        }
+    }
+    Ok(columns)
 }
 
 /// Reads the broken bonds, whose indices must ascend.
@@ -92,6 +139,11 @@ pub(super) fn warm_blocks(warm: &[Warm]) -> Vec<Block> {
 /// Whether a pair has a friction force.
 pub(super) fn has_friction(warm: &[Warm]) -> bool {
     warm.iter().any(|w| w.tangent != DVec3::ZERO)
+}
+
+/// Whether a file has friction forces.
+pub(super) fn has_tangents(source: &Archive) -> bool {
+    source.has(TANGENT)
 }
 
 fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
@@ -155,6 +207,7 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
         angular_velocity,
         group: source.u32s::<1>("group", rows)?.into_iter().map(|[g]| g).collect(),
         lineage: lineage.collect(),
+        columns: Columns::default(),
         broken_bonds: Vec::new(),
         periods: Periods::NONE,
         planar: false,

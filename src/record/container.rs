@@ -4,7 +4,8 @@
 //! 3), `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere, 1
 //! spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
 //! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` if cells divide by an added
-//! length. If bonds are broken, `broken_bonds` has their indices in the scene, ascending.
+//! length. Of bodies with values of their own (version 4) there are `own_rate` and `own_division_length` (NaN: none), and
+//! `columns`, the named columns one after the other in the order of the header's `columns`. If bonds are broken, `broken_bonds` has their indices in the scene, ascending.
 //!
 //! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, one row per near pair (and, where
 //! contacts have friction, `warm_tangent`, the friction forces on the second bodies, N x 3: version 3), and the run's
@@ -16,7 +17,8 @@
 //! `json.loads(bytes(state["header"]))`.
 
 use super::blocks::{
-    blocks, has_friction, read_bodies, read_broken_bonds, read_unrounded, read_warm, unrounded_blocks,
+    blocks, has_friction, has_tangents, read_bodies, read_broken_bonds, read_columns, read_unrounded, read_warm,
+    unrounded_blocks,
 };
 use super::durable;
 use super::error::{RecordError, StateError};
@@ -33,11 +35,13 @@ use std::path::Path;
 
 /// The name of the format, in a file's header.
 pub const FORMAT: &str = "relcp-state";
-/// The newest version that this program knows: that of states with friction forces. It reads versions up to it. Version
-/// 1 had its header as `header.json`.
-pub const VERSION: u64 = 3;
-/// The version of states without friction forces, which earlier programs read.
-const WITHOUT_FRICTION: u64 = 2;
+/// The newest version that this program knows: that of states whose bodies have values of their own. It reads versions
+/// up to it. Version 1 had its header as `header.json`.
+pub const VERSION: u64 = 4;
+/// The version of other states with friction forces.
+const WITH_FRICTION: u64 = 3;
+/// The version of all others, which earlier programs read.
+const PLAIN: u64 = 2;
 /// The part of a period to which floats must resolve positions.
 const LEAST_KNOWN: f64 = 0.1;
 /// The smallest number of bytes of a body or a near pair, which limits the counts that a file may claim.
@@ -82,6 +86,12 @@ pub struct Header {
     /// The number of bodies that each rule of the scene's `removal` has removed; absent before the first removal.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub removed: Vec<u64>,
+    /// Whether bodies were placed, turned or lengthened since the last step; absent if not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub changed: bool,
+    /// The names of the columns that bodies have of their own, ascending; absent without any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub columns: Vec<String>,
     /// The kind of a device's additional numbers; only in a checkpoint of a device.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<[f64; 3]>,
@@ -127,7 +137,11 @@ fn pack(
     }
     let header = Header {
         format: FORMAT.into(),
-        version: if with_warm && has_friction(&state.warm) { VERSION } else { WITHOUT_FRICTION },
+        version: match (state.bodies.columns.is_empty(), with_warm && has_friction(&state.warm)) {
+            (false, _) => VERSION,
+            (true, true) => WITH_FRICTION,
+            (true, false) => PLAIN,
+        },
         program: env!("CARGO_PKG_VERSION").into(),
         scene: scene.into(),
         step: state.step,
@@ -140,6 +154,8 @@ fn pack(
         broken_bonds: Some(state.bodies.broken_bonds.len() as u64).filter(|broken| *broken > 0),
         warm: with_warm.then_some(state.warm.len() as u64),
         removed: state.removed.clone(),
+        changed: state.changed,
+        columns: state.bodies.columns.named().map(|(name, _)| name.to_owned()).collect(),
         device: if totals.is_some() { state.unrounded.as_ref().map(|unrounded| unrounded.kind) } else { None },
         totals: totals.cloned(),
     };
@@ -170,17 +186,26 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     if broken > 0 {
         bodies.broken_bonds = read_broken_bonds(&mut archive, broken as usize)?;
     }
+    if header.columns.windows(2).any(|names| names[0] >= names[1]) {
+        return Err(StateError::damaged("the header", "the names of its columns do not ascend"));
+    }
+    if header.columns.len() as u64 > bytes.len() as u64 / header.bodies.saturating_mul(LEAST_ROW).max(1) {
+        return Err(StateError::damaged("the header", "it claims more columns than the file can hold"));
+    }
+    bodies.columns = read_columns(&mut archive, rows, &header.columns)?;
     let periods = periods(&header, &bodies)?;
+    let friction = match header.version {
+        ..=PLAIN => false,
+        WITH_FRICTION => true,
+        _ => has_tangents(&archive),
+    };
     let state = State {
         step: header.step,
         next_id: header.next_id,
         bodies: Bodies { periods, planar: header.planar, ..bodies },
         removed: header.removed.clone(),
-        warm: if warm > 0 {
-            read_warm(&mut archive, [warm as usize, rows], header.version > WITHOUT_FRICTION)?
-        } else {
-            Vec::new()
-        },
+        changed: header.changed,
+        warm: if warm > 0 { read_warm(&mut archive, [warm as usize, rows], friction)? } else { Vec::new() },
         unrounded: header.device.map(|kind| read_unrounded(&mut archive, kind, rows)).transpose()?,
     };
     Ok((header, state))

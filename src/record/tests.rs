@@ -3,7 +3,7 @@
 
 use super::npz::{Block, Data, write};
 use super::*;
-use crate::bodies::{Bodies, Lineage, NO_GROUP};
+use crate::bodies::{Bodies, Columns, Lineage, NO_GROUP};
 use crate::periodic::Periods;
 use crate::shape::Shape;
 use crate::step::{State, Unrounded, UnroundedBody};
@@ -23,7 +23,13 @@ fn state() -> State {
         Shape::Ellipsoid { radii: [1.0, 1.0 + f64::EPSILON, 2.0] },
         Shape::Torus { major_radius: 3.0, minor_radius: 0.7 },
     ];
+    let mut columns = Columns::default();
+    columns.growth_mut(1, 4).rate = Some(0.1 + 0.2);
+    columns.growth_mut(2, 4).division_length = Some(f64::INFINITY);
+    columns.named_mut("age", 4).copy_from_slice(&[0.5, -0.25, 1e300, 0.1]);
+    columns.named_mut("a name", 4);
     let bodies = Bodies {
+        columns,
         broken_bonds: vec![0, 3, 4],
         periods: Periods::NONE,
         planar: false,
@@ -51,7 +57,7 @@ fn state() -> State {
     let cells = [[i32::MIN, -1, 0], [1, 2, 3], [0; 3], [i32::MAX, 5, -6]];
     let of_device = |(i, cell)| UnroundedBody::from_numbers(cell, std::array::from_fn(|k| at(i + k)));
     let unrounded = Unrounded { kind: [4.0, 1.0 / 1024.0, 0.0], bodies: (0..).zip(cells).map(of_device).collect() };
-    State { step: 41, next_id: 99, bodies, warm, removed: vec![3, 0], unrounded: Some(unrounded) }
+    State { step: 41, next_id: 99, bodies, warm, removed: vec![3, 0], changed: true, unrounded: Some(unrounded) }
 }
 
 #[test]

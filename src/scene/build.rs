@@ -122,7 +122,9 @@ impl Scene {
         scene.bodies = written_bodies.collect();
         scene.bonds = self.bonds().left(bodies);
         scene.generate = Vec::new();
-        scene.forget_empty_groups();
+        if !scene.removal.is_empty() || scene.group_names().len() < names.len() {
+            scene.forget_empty_groups();
+        }
         scene.time.start = time;
         scene.time.end = self.time.end.max(time);
         scene
@@ -130,17 +132,15 @@ impl Scene {
 }
 
 impl Scene {
-    /// Drops the settings of groups whose bodies were all removed.
-    fn forget_empty_groups(&mut self) {
-        if self.removal.is_empty() {
-            return;
-        }
+    /// Drops the settings of groups that no body is in.
+    pub(super) fn forget_empty_groups(&mut self) {
         let names = self.group_names();
         let lives = |group: Option<&str>| group.is_none_or(|group| names.iter().any(|name| name == group));
         self.forces.retain(|force| lives(force.group()));
         self.growth.retain(|growth| lives(growth.group.as_deref()));
         self.removal.retain(|rule| lives(rule.group.as_deref()));
         self.groups.retain(|name, _| lives(Some(name)));
+        self.contact.friction.groups.retain(|of| of.between.iter().all(|name| lives(Some(name))));
         // Species without bodies are omitted.
         let grows: Vec<Growth> = self.growing().map(|(_, _, _, growth, _)| growth.clone()).collect();
         self.growth.retain(|growth| grows.contains(growth));

@@ -18,17 +18,17 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
-pub struct Change {
+pub struct KeyChange {
     /// The values hold from the first step on that begins at or after this time.
     pub at: f64,
     /// The new values by their dotted keys, as `--set` has them: `{ "growth.rate": 0.5, "time.dt": 0.01 }`.
     pub set: BTreeMap<String, Value>,
 }
 
-impl Change {
+impl KeyChange {
     /// At the time `at`, these values of dotted keys.
     pub fn new(at: f64, set: impl IntoIterator<Item = (String, Value)>) -> Self {
-        Change { at, set: set.into_iter().collect() }
+        KeyChange { at, set: set.into_iter().collect() }
     }
 }
 

@@ -50,10 +50,11 @@ pub use crate::walls::{Wall, WallMotion};
 #[cfg(feature = "files")]
 pub use built_in::BuiltIn;
 #[cfg(feature = "files")]
-pub use changes::Change;
+pub use changes::KeyChange;
 pub use error::{FaultKind, SceneError};
 #[doc(hidden)]
 pub use nearest::nearest;
+pub(crate) use orientation::{norm as quaternion_norm, unit as unit_quaternion};
 #[cfg(feature = "files")]
 pub use read::{MAX_FILE_BYTES, NO_OVERRIDES};
 #[cfg(feature = "files")]
@@ -157,7 +158,7 @@ pub struct Scene {
     /// with them by `--from`.
     #[cfg(feature = "files")]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub changes: Vec<Change>,
+    pub changes: Vec<KeyChange>,
     /// What to record, and how often.
     #[cfg_attr(feature = "files", serde(default))]
     pub output: Output,

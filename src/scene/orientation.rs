@@ -60,7 +60,7 @@ impl Scene {
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The norm, without overflow or underflow.
-pub(super) fn norm(q: [f64; 4]) -> f64 {
+pub(crate) fn norm(q: [f64; 4]) -> f64 {
     let scale = q.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if scale == 0.0 {
         return 0.0;
@@ -78,7 +78,7 @@ fn normalized(q: [f64; 4]) -> [f64; 4] {
 }
 
 /// The rotation, normalized.
-pub(super) fn unit(q: [f64; 4]) -> DQuat {
+pub(crate) fn unit(q: [f64; 4]) -> DQuat {
     let [w, x, y, z] = normalized(q);
     DQuat::from_xyzw(x, y, z, w)
 }

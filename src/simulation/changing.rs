@@ -7,7 +7,6 @@ use crate::step::{Fault, State};
 
 /// What a simulation needs of its scene's changes.
 pub(super) struct Changing {
-    compute: Compute,
     /// The scene before its changes.
     whole: Scene,
     /// Changes that were made.
@@ -38,7 +37,7 @@ impl Changing {
             (scene, from, made) = (next.scene, next.step, made + 1);
         }
         let mut simulation = Simulation::start_plain(compute, scene, state)?;
-        simulation.changing = Some(Box::new(Changing { compute: compute.clone(), whole, made, due }));
+        simulation.changing = Some(Box::new(Changing { whole, made, due }));
         Ok(simulation)
     }
 }
@@ -65,7 +64,7 @@ impl Simulation {
 
     fn make_change(&mut self) -> Result<(), Fault> {
         let Some(changing) = &self.changing else { return Ok(()) };
-        let (compute, made, step) = (changing.compute.clone(), changing.made, self.steps());
+        let (made, step) = (changing.made, self.steps());
         let refuse = |what: String| Fault::Change { step, what };
         let of = |scene: &Scene, index| scene.changed(index, step).map_err(|fault| refuse(fault.to_string()));
         let Changed { scene, keeps_multipliers, .. } = of(&self.scene, made)?;
@@ -78,11 +77,12 @@ impl Simulation {
             state.warm.clear();
         }
         log::info!("step {step}: change {made} of the scene");
-        let mut next = Simulation::start_plain(&compute, scene, state)?;
+        let mut next = Simulation::start_plain(&self.compute, scene, state)?;
         for force in self.backend.take_forces() {
             next.backend.add_force(force);
         }
         std::mem::swap(&mut next.keep, &mut self.keep);
+        next.rules = self.rules.take();
         next.changing = self.changing.take().map(|changing| Box::new(Changing { made: made + 1, due, ..*changing }));
         *self = next;
         Ok(())

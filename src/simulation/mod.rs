@@ -1,6 +1,7 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
 mod builder;
+mod change;
 #[cfg(feature = "files")]
 mod changing;
 mod compute;
@@ -11,6 +12,7 @@ mod together;
 mod worth;
 
 pub use builder::SimulationBuilder;
+pub use change::{Cell, CellState, CellValues, Change, ChangeError, Rules, Values, Which};
 pub use compute::Compute;
 #[cfg(feature = "mpi")]
 pub use together::{Command, GlobalScalars, Pack, Together};
@@ -23,8 +25,9 @@ use crate::gpu::{Gpu, Precision};
 use crate::removal::Ended;
 use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
-use crate::step::{Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, Stepper, contacts, max_overlap_but};
+use crate::step::{Contact, Fault, Keep, Model, Plan, SavedLcp, State, StepReport, Stepper, contacts, max_overlap_but};
 use crate::walls::{WallContact, Walls};
+use change::Limits;
 use initial_region::InitialRegion;
 use leaving::Leaving;
 use std::mem::discriminant;
@@ -69,11 +72,16 @@ impl Beginning {
 pub struct Simulation {
     scene: Scene,
     plan: Plan,
+    /// What made the backend.
+    compute: Compute,
     backend: Box<dyn Stepper>,
     keep: Keep,
     stopped_by: Option<StopReason>,
     /// The removal of bodies, if the scene has rules for it.
     leaving: Option<Leaving>,
+    rules: Option<Box<dyn Rules>>,
+    /// What the scene allows its bodies to be, once the state was changed.
+    limits: Option<Box<Limits>>,
     region: InitialRegion,
     /// The solver's tolerances in f32 and in f64.
     tolerances: [f64; 2],
@@ -129,21 +137,18 @@ impl Simulation {
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
         let model = scene.model();
         let plan = Plan::new(&model, cutoff);
-        let inertia = scene.dynamics.has_inertia();
-        let parts_first = inertia && plan.promises() && state.step == 0 && {
-            max_overlap_but(&model.fixed, &state.bodies, &model.walls) > scene.contact.overlap_tolerance
-        };
+        let parts_first = parts_first(&scene, &model, &plan, &state);
         let beginning = Beginning::of(&state, cutoff, parts_first);
         #[cfg(feature = "mpi")]
         if let Compute::Together(together) = compute {
             return together.start(scene, state, beginning);
         }
         let backend = compute.backend(&scene, state)?;
-        Simulation::begin(scene, beginning, backend)
+        Simulation::begin(compute.clone(), scene, beginning, backend)
     }
 
     /// A simulation of `scene` on a backend that has the initial state.
-    fn begin(scene: Scene, beginning: Beginning, backend: Box<dyn Stepper>) -> Result<Self, Fault> {
+    fn begin(compute: Compute, scene: Scene, beginning: Beginning, backend: Box<dyn Stepper>) -> Result<Self, Fault> {
         let Beginning { cutoff, parts_first, removed, region } = beginning;
         let mut plan = Plan::new(&scene.model(), cutoff);
         plan.parts_first = parts_first;
@@ -152,10 +157,13 @@ impl Simulation {
         let mut simulation = Simulation {
             scene,
             plan,
+            compute,
             backend,
             keep,
             stopped_by: None,
             leaving: None,
+            rules: None,
+            limits: None,
             region,
             tolerances,
             #[cfg(feature = "files")]
@@ -255,6 +263,17 @@ impl Simulation {
     pub fn step(&mut self) -> Result<StepReport, Fault> {
         #[cfg(feature = "files")]
         self.make_changes()?;
+        let Some(mut rules) = self.rules.take() else {
+            let report = self.advance()?;
+            return self.finish(report);
+        };
+        let stepped = self.step_by(rules.as_mut());
+        self.rules = Some(rules);
+        stepped
+    }
+
+    /// Has the backend take a step.
+    fn advance(&mut self) -> Result<StepReport, Fault> {
         self.check_runaway()?;
         self.plan.span = self.scene.time.span(self.steps() + 1);
         self.plan.tolerance = self.tolerances[usize::from(self.precision() == Precision::F64)];
@@ -266,6 +285,11 @@ impl Simulation {
         };
         self.plan.parts_first = false;
         report.time = self.scene.time.after(report.step);
+        Ok(report)
+    }
+
+    /// Removes bodies after a step, and checks whether it is the last.
+    fn finish(&mut self, mut report: StepReport) -> Result<StepReport, Fault> {
         if let Some(leaving) = &mut self.leaving {
             leaving.apply(self.backend.as_mut(), &self.scene.time, &mut report)?;
         }
@@ -323,6 +347,15 @@ impl Simulation {
     /// As [`Simulation::state`].
     pub fn wall_contacts(&self, cutoff: f64) -> Result<Vec<WallContact>, Fault> {
         Ok(self.walls().contacts(&self.state()?.bodies, cutoff))
+    }
+}
+
+/// Whether bodies overlap that must be parted before the first step from a state: with inertia they would be thrown.
+fn parts_first(scene: &Scene, model: &Model, plan: &Plan, state: &State) -> bool {
+    let may_overlap = state.step == 0 || state.changed;
+    may_overlap && scene.dynamics.has_inertia() && plan.promises() && {
+        let walls = model.walls.at(scene.time.after(state.step));
+        max_overlap_but(&model.fixed, &state.bodies, &walls) > scene.contact.overlap_tolerance
     }
 }
 

@@ -4,7 +4,7 @@
 //! and sends each process its part. It gathers the state when it is requested.
 
 use super::initial_region::InitialRegion;
-use super::{Beginning, Simulation};
+use super::{Beginning, Compute, Simulation};
 use crate::backend::cpu::Cpu;
 use crate::backend::cpu::domain::{LocalState, Part, among, shares};
 use crate::freedom::{PLANAR, SPATIAL};
@@ -110,6 +110,10 @@ impl Together {
         if !self.is_root() || self.processes.size() == 1 {
             return self.begin(scene, beginning, state, None);
         }
+        if !state.bodies.columns.is_empty() {
+            let what = "bodies have values of their own, which are not sent to other processes";
+            return Err(Fault::Processes(what.into()));
+        }
         if !self.shares(&scene) || among(self.processes, state.bodies.len()).is_none() {
             let packed = (self.pack)(&scene, &state).map_err(Fault::Processes)?;
             self.processes.broadcast(&[&[START], packed.as_slice()].concat());
@@ -158,7 +162,7 @@ impl Together {
         local: Option<LocalState>,
     ) -> Result<Simulation, Fault> {
         let backend = self.backend(&scene, state, local)?;
-        Simulation::begin(scene, beginning, backend)
+        Simulation::begin(Compute::Together(self), scene, beginning, backend)
     }
 }
 

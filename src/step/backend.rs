@@ -97,7 +97,7 @@ pub trait Keeper: Send {
     fn restore(&mut self, state: &State) -> Result<(), Fault>;
     /// Adds an external force.
     fn add_force(&mut self, force: Box<dyn ForceField>);
-    /// Takes the forces that were added.
+    /// Takes out the forces that were added.
     fn take_forces(&mut self) -> Vec<Box<dyn ForceField>>;
     /// All bodies. Processes that share them must ask together.
     fn all_bodies(&self) -> Result<&Bodies, Fault>;

@@ -104,12 +104,20 @@ pub enum Fault {
         /// Its message.
         what: String,
     },
-    /// A change of the scene failed.
+    /// A change of the scene's keys failed.
     #[error("step {step}: a change of the scene failed: {what}")]
     Change {
         /// The steps taken before it.
         step: u64,
         /// The reason.
+        what: String,
+    },
+    /// A rule of the simulation's [`Rules`](crate::simulation::Rules) failed, or set a value that is not allowed.
+    #[error("step {step}: {what}")]
+    Rules {
+        /// The step that was being taken.
+        step: u64,
+        /// Which rule, and why.
         what: String,
     },
     /// The device failed, or does not support the scene.
@@ -151,6 +159,7 @@ impl Fault {
             Fault::NoProxy(_) => "no_proxy",
             Fault::Force { .. } => "force",
             Fault::Change { .. } => "change",
+            Fault::Rules { .. } => "rules",
             Fault::Device(_) => "device",
             Fault::Processes(_) => "processes",
         }

@@ -17,6 +17,8 @@ pub struct State {
     pub warm: Vec<Warm>,
     /// How many bodies each rule of the scene's `removal` has removed; empty before the first.
     pub removed: Vec<u64>,
+    /// Whether bodies were placed, turned or lengthened since the last step, so that they may overlap.
+    pub changed: bool,
     /// The bodies in the device's own number format. Without them, or if they do not match `bodies`, a device starts
     /// from `bodies`.
     pub unrounded: Option<Unrounded>,
@@ -85,7 +87,7 @@ impl State {
         // A parent's id stays reserved after the parent has gone.
         let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
         let next_id = taken.max().map_or(0, |id| id + 1);
-        State { step: 0, next_id, bodies, warm: Vec::new(), removed: Vec::new(), unrounded: None }
+        State { step: 0, next_id, bodies, warm: Vec::new(), removed: Vec::new(), changed: false, unrounded: None }
     }
 
     /// Keeps the flagged bodies and the warm start of their pairs, in order. `removed` is added to the counts.

@@ -2,7 +2,7 @@
 
 use relcp::record::{Folder, States};
 use relcp::run::{Branch, Run, Summary};
-use relcp::scene::Change;
+use relcp::scene::KeyChange;
 use relcp::{Compute, Scene, Simulation};
 use serde_json::{Value, json};
 use std::fs;
@@ -101,7 +101,7 @@ fn the_final_scene_keeps_only_the_changes_that_are_still_to_come() {
     assert_eq!((simulation.changes_made(), simulation.scene().growth[0].rate), (1, 3.0));
     assert_eq!(simulation.whole_scene().growth[0].rate, 2.0);
     let last = simulation.final_scene().unwrap();
-    assert_eq!(last.changes, [Change::new(1.0, [("growth.rate".into(), json!(1))])]);
+    assert_eq!(last.changes, [KeyChange::new(1.0, [("growth.rate".into(), json!(1))])]);
     assert_eq!(last.growth[0].rate, 3.0);
 }
 

@@ -33,7 +33,7 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
     }
 
     fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
-        self.setup.forces.split_off(self.setup.forces_of_scene)
+        self.setup.forces.split_off(self.setup.scene_forces)
     }
 
     fn all_bodies(&self) -> Result<&Bodies, Fault> {

@@ -19,8 +19,8 @@ pub struct Setup {
     pub(super) time: Time,
     pub(super) growth: Option<Cells>,
     pub(super) forces: Vec<Box<dyn ForceField>>,
-    /// The first of them are the scene's; the others were added.
-    pub(super) forces_of_scene: usize,
+    /// How many of them are the scene's; those that were added come after.
+    pub(super) scene_forces: usize,
     pub(super) bonds: Bonds,
     pub(super) heat: Option<Heat>,
     pub(super) strain: Option<Strain>,
@@ -53,7 +53,7 @@ impl Setup {
             time: model.time,
             growth: model.cells.clone(),
             bonds: model.bonds.clone(),
-            forces_of_scene: forces.len(),
+            scene_forces: forces.len(),
             forces,
             heat: model.heat,
             strain: model.strain,

@@ -146,6 +146,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         team.finish_step(setup, &mut end, first.filter(own));
         start.bodies = std::mem::replace(&mut state.bodies, end);
         state.next_id = start.next_id;
+        state.changed = false;
         state.step += u64::from(start.piece.ends_step() && !start.parting);
         phases.integrate += begun.elapsed();
         Ok(std::mem::take(phases))

@@ -1,7 +1,7 @@
 //! The identities of the bodies and their growth, on the host. From them the host determines which bodies divide.
 
 use super::Setup;
-use crate::bodies::{Bodies, Lineage};
+use crate::bodies::{Bodies, Columns, Lineage, OwnGrowth};
 use crate::dynamics::Cells;
 use crate::dynamics::growth::{Due, Species, daughters};
 use crate::shape::Shape;
@@ -15,6 +15,8 @@ pub(super) struct Growing {
     due: Due,
     /// The shape whose thickness a dividing body has; its length is not used.
     shape: Shape,
+    /// What of its growth is its own.
+    own: OwnGrowth,
     /// Its rate of growth in the step, and the factor of its length over a part of a step. The factor is computed only
     /// when the rate changes: an exponential costs more than all other work of the host for a body.
     rate: f64,
@@ -26,6 +28,8 @@ pub(super) struct Growing {
 pub(super) struct Ancestry {
     pub lineage: Vec<Lineage>,
     pub group: Vec<u32>,
+    /// The values that single bodies have of their own.
+    columns: Columns,
     /// Empty in scenes without growth.
     pub growing: Vec<Growing>,
     pub next_id: u64,
@@ -46,17 +50,17 @@ impl Growing {
         species: &Species<'_>,
         interval: f64,
         line: &Lineage,
-        (length, shape): (f64, Shape),
+        (length, shape, own): (f64, Shape, OwnGrowth),
         pressure: f64,
     ) -> Growing {
-        let rate = species.rate(line.id, pressure);
-        Growing { length, due: species.due(line, &shape), shape, rate, factor: (rate * interval).exp() }
+        let rate = species.rate_of(line.id, own, pressure);
+        Growing { length, due: species.due(line, &shape, own), shape, own, rate, factor: (rate * interval).exp() }
     }
 
     /// The entry of a body that does not grow.
     fn none(shape: Shape) -> Growing {
         let due = Due { length: f64::INFINITY, time: f64::INFINITY };
-        Growing { length: f64::NAN, due, shape, rate: 0.0, factor: 1.0 }
+        Growing { length: f64::NAN, due, shape, own: OwnGrowth::default(), rate: 0.0, factor: 1.0 }
     }
 }
 
@@ -67,7 +71,8 @@ impl Ancestry {
         let growing = |cells: &Cells| {
             let own = |(i, length): (usize, f64)| match (bodies.shape[i].growing_length(), cells.of(bodies.group[i])) {
                 (Some(_), Some(species)) => {
-                    Growing::new(&species, interval, &bodies.lineage[i], (length, bodies.shape[i]), 0.0)
+                    let body = (length, bodies.shape[i], bodies.columns.growth(i));
+                    Growing::new(&species, interval, &bodies.lineage[i], body, 0.0)
                 }
                 _ => Growing::none(bodies.shape[i]),
             };
@@ -77,6 +82,7 @@ impl Ancestry {
         let mut ancestry = Ancestry {
             lineage: bodies.lineage.clone(),
             group: bodies.group.clone(),
+            columns: bodies.columns.clone(),
             changed: (0..growing.len()).collect(),
             growing,
             next_id: state.next_id,
@@ -100,11 +106,12 @@ impl Ancestry {
         self.mothers.push((mother, line, own));
         let half = 0.5 * own.length;
         let lines = daughters(&line, time, &mut self.next_id, species.birth_length(half));
-        let born = (half, own.shape);
+        let born = (half, own.shape, own.own);
         let [first, second] = lines.each_ref().map(|line| Growing::new(species, self.interval, line, born, pressure));
         self.lineage[mother] = lines[0];
         self.lineage.push(lines[1]);
         self.group.push(self.group[mother]);
+        self.columns.push_like(mother);
         self.growing[mother] = first;
         self.growing.push(second);
         if first.rate != own.rate {
@@ -118,7 +125,7 @@ impl Ancestry {
     pub fn press(&mut self, cells: &Cells, pressures: &[f64]) {
         for (body, (own, pressure)) in self.growing.iter_mut().zip(pressures).enumerate() {
             let Some(species) = cells.of(self.group[body]).filter(|_| !own.length.is_nan()) else { continue };
-            let rate = species.rate(self.lineage[body].id, *pressure);
+            let rate = species.rate_of(self.lineage[body].id, own.own, *pressure);
             if rate != own.rate {
                 (own.rate, own.factor) = (rate, (rate * self.interval).exp());
                 self.changed.push(body);
@@ -131,6 +138,7 @@ impl Ancestry {
         let (bodies, next_id) = self.accepted;
         self.lineage.truncate(bodies);
         self.group.truncate(bodies);
+        self.columns.resize(bodies);
         self.growing.truncate(bodies);
         self.next_id = next_id;
         self.changed.retain(|body| *body < bodies);
@@ -174,6 +182,18 @@ impl Ancestry {
             growing[*mother] = *own;
         }
         growing.iter().map(|own| if own.length.is_nan() { 0.0 } else { own.length }).collect()
+    }
+
+    /// What single bodies have of their own in the present step.
+    pub fn columns(&self) -> Columns {
+        self.columns.clone()
+    }
+
+    /// That of the last accepted state.
+    pub fn accepted_columns(&self) -> Columns {
+        let mut columns = self.columns.clone();
+        columns.resize(self.accepted.0);
+        columns
     }
 
     /// The lineages and groups of the last accepted state, and its next id.

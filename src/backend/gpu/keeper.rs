@@ -3,7 +3,7 @@
 use super::ancestry::Ancestry;
 use super::states::{Poses, Shapes, States};
 use super::{Device, unrounded};
-use crate::bodies::{Bodies, Lineage};
+use crate::bodies::{Bodies, Columns, Lineage};
 use crate::dynamics::ForceField;
 use crate::gpu::{Gpu, GpuError, Precision};
 use crate::step::{Divided, Fault, Keep, Keeper, LIFE_WORDS, Lives, Plan, State, StepReport, Stepper, Unrounded, step};
@@ -18,6 +18,8 @@ pub(super) struct Accepted {
     pub bodies: u64,
     /// The number of bodies that each rule of removal has removed.
     pub removed: Vec<u64>,
+    /// Whether bodies were placed or lengthened since the last step.
+    pub changed: bool,
     /// The whole state, if it has been read.
     pub state: OnceLock<State>,
 }
@@ -26,7 +28,7 @@ impl Accepted {
     /// From a state; the device may have additional digits.
     pub fn of(state: &State) -> Self {
         let (bodies, removed) = (state.bodies.len() as u64, state.removed.clone());
-        Accepted { step: state.step, bodies, removed, state: OnceLock::new() }
+        Accepted { step: state.step, bodies, removed, changed: state.changed, state: OnceLock::new() }
     }
 }
 
@@ -34,7 +36,8 @@ impl Device {
     /// Reads the bodies of the present step in the given poses and shapes.
     pub(super) fn download(&self, poses: &Poses, shapes: &Shapes) -> Result<Bodies, GpuError> {
         let Ancestry { lineage, group, .. } = &self.start.ancestry;
-        Ok(self.download_first(poses, shapes, (lineage.clone(), group.clone()))?.0)
+        let bodies = self.download_first(poses, shapes, (lineage.clone(), group.clone()))?.0;
+        Ok(Bodies { columns: self.start.ancestry.columns(), ..bodies })
     }
 
     /// The first bodies of a state, as many as have a lineage.
@@ -56,6 +59,7 @@ impl Device {
             angular_velocity: read.angular_velocity,
             group,
             lineage,
+            columns: Columns::default(),
             broken_bonds: motions.bonds.as_ref().map_or(Ok(Vec::new()), |bonds| bonds.read_broken(gpu, setup))?,
         };
         Ok((bodies, read.unrounded))
@@ -71,16 +75,18 @@ impl Device {
     }
 
     fn read_state(&self) -> Result<State, GpuError> {
-        let Accepted { step, bodies: count, removed, .. } = &self.accepted;
+        let Accepted { step, bodies: count, removed, changed, .. } = &self.accepted;
         let (lineage, group, next_id) = self.start.ancestry.accepted();
         // The list of a step with divisions contains pairs of bodies that did not exist in the accepted state.
         let born = |body: u32| u64::from(body) < *count;
         let mut warm = self.remembered()?;
         warm.retain(|w| born(w.pair[0]) && (born(w.pair[1]) || surface_of(w.pair[1]).is_some()));
         let States { accepted, accepted_shapes, .. } = &self.states;
-        let (bodies, mut unrounded) = self.download_first(accepted, accepted_shapes, (lineage, group))?;
+        let (mut bodies, mut unrounded) = self.download_first(accepted, accepted_shapes, (lineage, group))?;
+        bodies.columns = self.start.ancestry.accepted_columns();
         unrounded.prescribe(&self.start.ancestry.accepted_lengths());
-        Ok(State { step: *step, next_id, bodies, warm, removed: removed.clone(), unrounded: Some(unrounded) })
+        let (removed, unrounded) = (removed.clone(), Some(unrounded));
+        Ok(State { step: *step, next_id, bodies, warm, removed, changed: *changed, unrounded })
     }
 
     fn remembered(&self) -> Result<Vec<Warm>, GpuError> {

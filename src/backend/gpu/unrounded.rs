@@ -37,13 +37,16 @@ pub(super) fn split_length(length: f64, pitch: f64) -> [f64; 2] {
     [coarse, length - coarse]
 }
 
-/// The device's numbers of a state: the stored ones, or those computed from the bodies.
+/// The device's numbers of a state: of each body the stored ones, or for a changed body those computed from it.
 pub(super) fn unrounded(setup: &Setup, state: &State) -> Result<Unrounded, GpuError> {
-    let own = |unrounded: &&Unrounded| unrounded.kind == kind(setup) && is_of(setup, unrounded, &state.bodies);
-    match state.unrounded.as_ref().filter(own) {
-        Some(unrounded) => Ok(unrounded.clone()),
-        None => of_bodies(setup, &state.bodies),
-    }
+    let bodies = &state.bodies;
+    let fits = |had: &&Unrounded| had.kind == kind(setup) && had.bodies.len() == bodies.len();
+    let had = state.unrounded.as_ref().filter(fits);
+    let of = |i: usize| match had.map(|had| had.bodies[i]).filter(|own| is_of(setup, own, bodies, i)) {
+        Some(own) => Ok(own),
+        None => of_body(setup, bodies, i),
+    };
+    Ok(Unrounded { kind: kind(setup), bodies: (0..bodies.len()).map(of).collect::<Result<_, _>>()? })
 }
 
 fn kind(setup: &Setup) -> [f64; 3] {
@@ -51,20 +54,11 @@ fn kind(setup: &Setup) -> [f64; 3] {
     [setup.precision.bytes() as f64, setup.lattice.pitch(), length_pitch]
 }
 
-/// Whether the bodies are these numbers, rounded.
-fn is_of(setup: &Setup, unrounded: &Unrounded, bodies: &Bodies) -> bool {
-    let rounded = |i: usize| {
-        let shape = unrounded.bodies[i].shape(setup, &bodies.shape[i]);
-        let pose = unrounded.bodies[i].pose(setup, &shape);
-        let held = (bodies.position[i], bodies.orientation[i], bodies.velocity[i], bodies.angular_velocity[i]);
-        shape == bodies.shape[i] && pose == held
-    };
-    unrounded.bodies.len() == bodies.len() && (0..bodies.len()).all(rounded)
-}
-
-fn of_bodies(setup: &Setup, bodies: &Bodies) -> Result<Unrounded, GpuError> {
-    let bodies = (0..bodies.len()).map(|i| of_body(setup, bodies, i)).collect::<Result<_, _>>()?;
-    Ok(Unrounded { kind: kind(setup), bodies })
+/// Whether body `i` is these numbers, rounded.
+fn is_of(setup: &Setup, own: &UnroundedBody, bodies: &Bodies, i: usize) -> bool {
+    let shape = own.shape(setup, &bodies.shape[i]);
+    let held = (bodies.position[i], bodies.orientation[i], bodies.velocity[i], bodies.angular_velocity[i]);
+    shape == bodies.shape[i] && own.pose(setup, &shape) == held
 }
 
 fn of_body(setup: &Setup, bodies: &Bodies, i: usize) -> Result<UnroundedBody, GpuError> {

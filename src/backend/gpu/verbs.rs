@@ -233,6 +233,7 @@ impl Verbs for Device {
         states.accept();
         accepted.bodies = start.bodies;
         accepted.step += 1;
+        accepted.changed = false;
         let ends = setup.time.after(accepted.step);
         start.ancestry.accept(if setup.midpoint { 2 } else { 1 }, ends);
         accepted.state = OnceLock::new();

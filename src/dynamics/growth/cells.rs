@@ -1,7 +1,7 @@
 //! The growth of cells: the species of a scene, and each cell's own values.
 
 use super::{DivisionRule, Growth, OnNoRoom, Turn};
-use crate::bodies::{Bodies, Lineage};
+use crate::bodies::{Bodies, Lineage, OwnGrowth};
 use crate::dynamics::pressures;
 use crate::shape::Shape;
 use crate::warm::Warm;
@@ -115,10 +115,13 @@ impl Species<'_> {
         }
     }
 
-    /// When a cell divides.
-    pub fn due(&self, line: &Lineage, shape: &Shape) -> Due {
-        let target = self.target(line.id);
+    /// When a cell divides whose growth is its own to this part.
+    pub fn due(&self, line: &Lineage, shape: &Shape, own: OwnGrowth) -> Due {
         let now = f64::NEG_INFINITY;
+        if let Some(length) = own.division_length {
+            return Due { length: length.max(2.0 * shape.thickness()), time: now };
+        }
+        let target = self.target(line.id);
         match self.growth.rule {
             DivisionRule::Sizer => Due { length: target, time: now },
             // `Cells::settle` has seen to the length at birth.
@@ -131,10 +134,23 @@ impl Species<'_> {
 
     /// The relative growth per time of the cell `id` under `pressure`.
     pub fn rate(&self, id: u64, pressure: f64) -> f64 {
-        let mut rate = self.growth.rate;
-        if self.growth.rate_noise > 0.0 {
-            rate *= 1.0 + self.growth.rate_noise * self.own(id)[1];
+        self.slowed(self.free_rate(id), pressure)
+    }
+
+    /// That of a cell whose growth is its own to this part.
+    pub fn rate_of(&self, id: u64, own: OwnGrowth, pressure: f64) -> f64 {
+        self.slowed(own.rate.unwrap_or_else(|| self.free_rate(id)), pressure)
+    }
+
+    /// Its rate without pressure, with its own draw.
+    pub fn free_rate(&self, id: u64) -> f64 {
+        match self.growth.rate_noise > 0.0 {
+            true => self.growth.rate * (1.0 + self.growth.rate_noise * self.own(id)[1]),
+            false => self.growth.rate,
         }
+    }
+
+    fn slowed(&self, mut rate: f64, pressure: f64) -> f64 {
         if self.growth.stress_sensitivity > 0.0 {
             // Contacts only push. Where the axes of two rods nearly cross, a virial may be negative, without bound.
             rate *= (-self.growth.stress_sensitivity * pressure.max(0.0)).exp();

@@ -71,7 +71,7 @@ impl Cells {
             let (Some(length), Some(species)) = (shape.growing_length(), self.of(bodies.group[*i])) else {
                 return false;
             };
-            species.due(line, shape).reached(length, time) && !waiting.holds(line.id)
+            species.due(line, shape, bodies.columns.growth(*i)).reached(length, time) && !waiting.holds(line.id)
         };
         let due: Vec<usize> = (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).filter(due).collect();
         let divides = |mother: &usize| {
@@ -87,10 +87,11 @@ impl Cells {
 
     /// Grows all cells over `dt` but those that wait; none divides.
     pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, pressures: &[f64], waiting: &Waiting) {
+        let columns = &bodies.columns;
         let lengthen = |(i, ((shape, line), group)): (usize, ((&mut Shape, &Lineage), &u32))| {
             let Some(length) = shape.growing_length().filter(|_| !waiting.holds(line.id)) else { return };
             let Some(species) = self.of(*group) else { return };
-            let rate = species.rate(line.id, pressures.get(i).copied().unwrap_or(0.0));
+            let rate = species.rate_of(line.id, columns.growth(i), pressures.get(i).copied().unwrap_or(0.0));
             if let Some(grown) = shape.grown(length * (rate * dt).exp()) {
                 *shape = grown;
             }
@@ -139,6 +140,7 @@ fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, (time, part): (f64,
     let mut random = Turn::stream(cells.seed, line.id);
     let (velocity, angular_velocity) = (bodies.velocity[mother], bodies.angular_velocity[mother]);
     let upper = bodies.push(placed, bodies.group[mother]);
+    bodies.columns.copy(mother, upper);
     let lines = daughters(&line, time, next_id, species.birth_length(0.5 * length));
     for ((daughter, shift), line) in [(mother, -offset), (upper, offset)].into_iter().zip(lines) {
         bodies.shape[daughter] = shape;

@@ -7,7 +7,7 @@
     while not simulation.done:
         report = simulation.step()
         assert report.max_overlap <= 1e-5
-    print(simulation.positions)        # (N, 3), a copy
+    print(simulation.positions)        # (N, 3), a read-only copy; simulation.set(position=...) writes
     print(simulation.contacts(0.01).pairs)
 
 Lengths, times and forces are in the scene's own units. Orientations are [w, x, y, z], body axes to space.
@@ -32,11 +32,14 @@ from ._relcp import (
     devices,
 )
 from ._relcp import scenes as _scenes
+from ._rules import Cell, Cells
 
 __all__ = [
     "NO_GROUP",
     "NO_PARENT",
     "Bodies",
+    "Cell",
+    "Cells",
     "Contacts",
     "DeviceError",
     "Ensemble",

@@ -15,12 +15,16 @@ _Status = Literal[
 ]
 _Floats = npt.NDArray[np.float64]
 _Vectors = npt.ArrayLike
+_Numbers = Any  # read as an array of floats, set by all that numpy makes one of
+_Which = Union[Sequence[int], slice, npt.NDArray[Any], None]
 _Force = Callable[["Bodies"], Union[_Vectors, tuple[_Vectors, Optional[_Vectors]]]]
 
 __all__ = [
     "NO_GROUP",
     "NO_PARENT",
     "Bodies",
+    "Cell",
+    "Cells",
     "Contacts",
     "DeviceError",
     "Ensemble",
@@ -75,6 +79,9 @@ class RecordError(Error):
 @final
 class Scene:
     """Everything that determines a run: validated and immutable."""
+
+    def __new__(cls, value: dict[str, Any], overrides: _Overrides = None) -> Scene:
+        """A scene from a dict, as `from_dict`."""
 
     @staticmethod
     def load(source: _Path, overrides: _Overrides = None) -> Scene:
@@ -384,7 +391,7 @@ class WallContacts:
 
 @final
 class Bodies:
-    """All bodies at the time at which a force is evaluated, one row per body; arrays are copies."""
+    """All bodies at the time at which a force is evaluated, one row per body; arrays are read-only copies."""
 
     def __len__(self) -> int: ...
     @property
@@ -429,12 +436,87 @@ class Bodies:
     def ids(self) -> npt.NDArray[np.uint64]:
         """(N,): unique over a run; a division ends one and begins two."""
 
+class Cells:
+    """All cells before a step, one row each, for `update(cells)` of a simulation's rules."""
+
+    group_names: list[str]
+    """Names of the groups, which `groups` indexes."""
+    rates: _Numbers
+    """(N,): relative growth per time, without pressure; zero for a body that does not grow. May be set."""
+    division_lengths: _Numbers
+    """(N,): lengths at which cells divide; infinite by a timer. May be set."""
+    groups: Any
+    """(N,): index into `group_names`, or NO_GROUP. May be set, by name, None or index."""
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, name: str) -> Any:
+        """A column of your own."""
+
+    def __setitem__(self, name: str, values: npt.ArrayLike) -> None: ...
+    def __contains__(self, name: str) -> bool: ...
+    def keys(self) -> Iterable[str]:
+        """The names of your own columns."""
+
+    @property
+    def time(self) -> float: ...
+    @property
+    def positions(self) -> _Floats: ...
+    @property
+    def orientations(self) -> _Floats: ...
+    @property
+    def axes(self) -> _Floats: ...
+    @property
+    def velocities(self) -> _Floats: ...
+    @property
+    def angular_velocities(self) -> _Floats: ...
+    @property
+    def lengths(self) -> _Floats: ...
+    @property
+    def sizes(self) -> _Floats: ...
+    @property
+    def shapes(self) -> npt.NDArray[np.uint32]: ...
+    @property
+    def ids(self) -> npt.NDArray[np.uint64]: ...
+    @property
+    def parents(self) -> npt.NDArray[np.uint64]: ...
+    @property
+    def births(self) -> _Floats: ...
+    @property
+    def generations(self) -> npt.NDArray[np.uint32]: ...
+    @property
+    def ages(self) -> _Floats:
+        """(N,): times since birth."""
+
+    @property
+    def pressures(self) -> _Floats:
+        """(N,): pressures by the contact forces of the last step."""
+
+class Cell:
+    """One cell at a division, for `divide(mother, daughters)` of a simulation's rules."""
+
+    rate: float
+    division_length: float
+    group: Optional[str]
+    @property
+    def id(self) -> int: ...
+    @property
+    def length(self) -> float:
+        """Tip to tip: of a mother before the step, of a daughter after it."""
+
+    def __getitem__(self, name: str) -> float: ...
+    def __setitem__(self, name: str, value: float) -> None: ...
+    def __contains__(self, name: str) -> bool: ...
+
 @final
 class Simulation:
     """A scene's bodies and their backend.
 
-    Every array is a copy of the last accepted state, with one row per body; N is the number of bodies.
+    Every array is a read-only copy of the last accepted state, with one row per body; N is the number of bodies.
     """
+
+    rules: Any
+    """An object with `update(cells)`, called before each step, `divide(mother, daughters)`, called for each cell that
+    divides, or both; None without rules."""
 
     def __new__(
         cls,
@@ -465,6 +547,63 @@ class Simulation:
 
         `callback` gets the report of every `every`th step, and of the last; the run ends if it returns False.
         """
+
+    def set(
+        self,
+        of: _Which = None,
+        *,
+        ids: Union[Sequence[int], npt.NDArray[Any], None] = None,
+        position: Optional[_Vectors] = None,
+        orientation: Optional[_Vectors] = None,
+        velocity: Optional[_Vectors] = None,
+        angular_velocity: Optional[_Vectors] = None,
+        length: Optional[npt.ArrayLike] = None,
+        rate: Optional[npt.ArrayLike] = None,
+        division_length: Optional[npt.ArrayLike] = None,
+        group: Union[str, int, Sequence[Union[str, int, None]], npt.NDArray[Any], None] = None,
+        columns: Optional[Mapping[str, npt.ArrayLike]] = None,
+    ) -> None:
+        """Sets values of bodies between two steps: of all, or of those of `of` (indices, a slice, a mask) or `ids`; all
+        of them, or after an exception none. A single row stands for all of these bodies."""
+
+    def add(self, bodies: Sequence[Mapping[str, Any]]) -> npt.NDArray[np.uint64]:
+        """Adds bodies, dicts as in a scene's `bodies`, after all others; returns their ids."""
+
+    def remove(
+        self, of: _Which = None, *, ids: Union[Sequence[int], npt.NDArray[Any], None] = None
+    ) -> None:
+        """Removes the bodies of `of` (indices, a slice, a mask) or those with these `ids`."""
+
+    def measure(self, name: str) -> dict[str, Any]:
+        """A measure of the present state: values by column, `remark`, and `profile` if it has one."""
+
+    @property
+    def rates(self) -> _Floats:
+        """(N,): relative growth rates without pressure; zero for a body that does not grow."""
+
+    @property
+    def division_lengths(self) -> _Floats:
+        """(N,): lengths at which cells divide; infinite by a timer, and for a body that does not grow."""
+
+    @property
+    def columns(self) -> dict[str, _Floats]:
+        """The columns of your own, (N,) each."""
+
+    @property
+    def shape_labels(self) -> list[str]:
+        """The name of each body's shape."""
+
+    @property
+    def group_labels(self) -> list[Optional[str]]:
+        """The name of each body's group; None without one."""
+
+    @property
+    def n_bodies(self) -> int:
+        """Bodies after the last accepted step."""
+
+    @property
+    def n_steps(self) -> int:
+        """Steps accepted so far."""
 
     def add_force(self, force: _Force) -> None:
         """Adds a function that is called once per step and returns forces (N, 3), or forces and torques."""

@@ -3,6 +3,7 @@
 //! Every rule names its key. Starting bodies may overlap, even be concentric: the first step parts them. They may not
 //! reach past a wall.
 
+mod added;
 mod bodies;
 mod bonds;
 mod flow;

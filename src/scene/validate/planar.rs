@@ -73,7 +73,7 @@ impl Scene {
     }
 
     /// The z of all bodies of a planar scene.
-    pub(super) fn plane(&self) -> f64 {
+    pub(crate) fn plane(&self) -> f64 {
         match self.bodies.first() {
             Some(body) if self.generate.is_empty() => body.position[2],
             _ => 0.0,

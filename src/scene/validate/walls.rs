@@ -87,7 +87,7 @@ impl Scene {
     }
 
     /// What is wrong with a body that reaches past a wall.
-    pub(in super::super) fn outside(&self, depth: f64, wall: usize) -> String {
+    pub(crate) fn outside(&self, depth: f64, wall: usize) -> String {
         format!(
             "the body reaches {depth} past wall {wall} ({}); bodies must start inside all walls",
             self.walls[wall].name(),

@@ -35,8 +35,8 @@ impl Domain {
             if self.processes.rank() > 0 {
                 return State::default();
             }
-            let State { step, next_id, .. } = *state;
-            State { step, next_id, bodies, warm, removed: state.removed.clone(), unrounded: None }
+            let State { step, next_id, changed, .. } = *state;
+            State { step, next_id, bodies, warm, removed: state.removed.clone(), changed, unrounded: None }
         })
     }
 
