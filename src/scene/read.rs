@@ -326,7 +326,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists of lists.
-const LISTS_OF_LISTS: [&str; 1] = ["at"];
+const LISTS_OF_LISTS: [&str; 2] = ["at", "points"];
 
 /// The keys whose values are lists.
 const LISTS: &[&str] = &[
@@ -360,6 +360,11 @@ const LISTS: &[&str] = &[
     "mixture",
     "groups",
     "between",
+    "points",
+    "counts",
+    "repeat",
+    "offset",
+    "start",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {
