@@ -12,8 +12,10 @@ fn rods(group: &str) -> Generate {
     Generate::Isotropic {
         count: 30,
         shape,
+        lengths: None,
         mixture: Vec::new(),
         volume_fraction: Some(0.05),
+        region: None,
         center: [0.0; 3],
         group: Some(group.into()),
     }

@@ -16,7 +16,7 @@ use std::collections::HashMap;
 use std::time::Instant;
 
 /// Scenes that take less than ten seconds each in the profile of the tests.
-const QUICK: [&str; 5] = ["two-ellipsoids", "three-capsules", "chainmail", "filament", "piston"];
+const QUICK: [&str; 6] = ["two-ellipsoids", "three-capsules", "chainmail", "filament", "piston", "mother-machine"];
 
 /// The others.
 const LONG: [&str; 8] =

@@ -49,6 +49,7 @@ impl BuiltIn {
         "piston": "a moving wall compresses 130 rods",
         "swarm": "200 rods swim among 16 posts in a periodic plane",
         "pile": "120 rough ellipsoids fall onto a floor and come to rest in a pile",
+        "mother-machine": "cells in eight trenches, whose offspring leave by a channel",
         "drum": "a turning drum takes ellipsoids and balls up its wall by friction",
     };
 

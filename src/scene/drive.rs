@@ -58,7 +58,8 @@ impl Scene {
     /// The shapes of the starting bodies, each with its group.
     fn shapes_of_groups(&self) -> Vec<(Option<&str>, Shape)> {
         let bodies = self.bodies.iter().map(|body| (body.group.as_deref(), body.shape));
-        bodies.chain(self.generated().map(|(_, (_, shape, group))| (group, shape))).collect()
+        let moving = self.generated().filter(|(i, _)| !self.generate[*i].is_fixed());
+        bodies.chain(moving.map(|(_, (_, shape, group))| (group, shape))).collect()
     }
 
     /// For each force and each shape that it acts on: the index of the force, the displacement of the body in a step,

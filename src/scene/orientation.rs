@@ -38,7 +38,7 @@ impl Body {
 }
 
 /// The rotation that takes z to an axis and leaves y in the x-y plane: first about y, then about z.
-fn along(axis: DVec3) -> DQuat {
+pub(super) fn along(axis: DVec3) -> DQuat {
     let across = axis.truncate().length();
     if across == 0.0 {
         return if axis.z < 0.0 { DQuat::from_rotation_y(2.0 * FRAC_PI_2) } else { DQuat::IDENTITY };

@@ -331,7 +331,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists of lists.
-const LISTS_OF_LISTS: [&str; 1] = ["at"];
+const LISTS_OF_LISTS: [&str; 2] = ["at", "points"];
 
 /// The keys whose values are lists.
 const LISTS: &[&str] = &[
@@ -366,6 +366,11 @@ const LISTS: &[&str] = &[
     "groups",
     "between",
     "changes",
+    "points",
+    "counts",
+    "repeat",
+    "offset",
+    "start",
 ];
 
 /// The key whose object has values of any type, by dotted keys.

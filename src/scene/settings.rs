@@ -1,6 +1,7 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{ContactSettings, Dump, Growth, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop};
+use super::generate::bonds_of_chain;
+use super::{Bond, ContactSettings, Dump, Generate, Growth, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop};
 use crate::constraint::friction::Coefficients;
 use crate::dynamics::{Bonds, Cells, Heat, Strain, Stream, draw};
 use crate::fixed::Fixed;
@@ -11,6 +12,7 @@ use crate::removal::Removals;
 use crate::shape::Shape;
 use crate::step::Model;
 use crate::walls::Walls;
+use std::iter::repeat_n;
 
 /// A solver stops at this part of the overlap tolerance, so that its error adds little to the overlaps that the
 /// recursion measures.
@@ -216,16 +218,34 @@ impl Scene {
 
     /// The bonds, by the ids of their bodies.
     pub(super) fn bonds(&self) -> Bonds {
-        let held = self.bonds.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
+        let all = self.all_bonds();
+        let held = all.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
         let ids: Vec<u64> = self.ids().take(held).collect();
-        Bonds::new(&self.bonds, |body| ids[body])
+        Bonds::new(&all, |body| ids[body])
+    }
+
+    /// The bonds of `bonds`, then those of the chains that `generate` places, in order.
+    pub fn all_bonds(&self) -> Vec<Bond> {
+        let mut all = self.bonds.clone();
+        let mut first = self.bodies.len();
+        for rule in &self.generate {
+            if let Generate::Chain(chain) = rule {
+                all.extend(bonds_of_chain(chain, first));
+            }
+            first += rule.count() as usize;
+        }
+        all
     }
 
     /// The bodies that do not move.
     #[doc(hidden)]
     pub fn fixed(&self) -> Fixed {
         let of_group = |name: &String| self.groups.get(name).is_some_and(|group| group.fixed);
-        let ids = self.bodies.iter().zip(self.ids()).filter(|(body, _)| body.fixed).map(|(_, id)| id).collect();
+        let given = self.bodies.iter().map(|body| body.fixed);
+        let rules = self.generate.iter().flat_map(|rule| repeat_n(rule.is_fixed(), rule.count() as usize));
+        let any = self.generate.iter().any(Generate::is_fixed);
+        let flags = given.chain(rules.take(if any { usize::MAX } else { 0 }));
+        let ids = flags.zip(self.ids()).filter(|(fixed, _)| *fixed).map(|(_, id)| id).collect();
         Fixed::new(ids, self.group_names().iter().map(of_group).collect())
     }
 

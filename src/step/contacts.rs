@@ -125,11 +125,13 @@ pub fn max_overlap(bodies: &Bodies, walls: &Walls) -> f64 {
     max_overlap_but(&Fixed::default(), bodies, walls)
 }
 
-/// As [`max_overlap`], without the overlaps of fixed bodies with each other: nothing parts them.
+/// As [`max_overlap`], without the overlaps of fixed bodies with each other and with walls: nothing
+/// parts them.
 pub(crate) fn max_overlap_but(fixed: &Fixed, bodies: &Bodies, walls: &Walls) -> f64 {
-    let past_walls = walls.max_overlap(bodies);
     let deeper = |worst: f64, overlap: f64| if overlap > worst { overlap } else { worst };
     let held = |i: &usize| fixed.holds(bodies.lineage[*i].id, bodies.group[*i]);
+    let at_walls = walls.contacts(bodies, 0.0).into_iter().filter(|contact| !held(&contact.body));
+    let past_walls = at_walls.map(|contact| -contact.separation).fold(0.0, deeper);
     let counts = |contact: &&Contact| !contact.bodies.iter().all(held);
     contacts(bodies, 0.0).iter().filter(counts).map(|contact| -contact.separation).fold(past_walls, deeper)
 }

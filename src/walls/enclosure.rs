@@ -40,6 +40,82 @@ fn directions(normals: &[DVec3], along: Option<DVec3>) -> Vec<DVec3> {
     pairs.filter(|line| line.length() > ALONG).map(DVec3::normalize).chain(single).chain(DVec3::AXES).collect()
 }
 
+/// The least determinant of three unit normals whose planes meet in a point.
+const LEAST_CORNER: f64 = 1e-9;
+/// How far a corner may be past a plane, in parts of its own size.
+const AT_CORNER: f64 = 1e-9;
+
+/// A plane as `normal . x >= offset`.
+type HalfSpace = (DVec3, f64);
+
+/// A box along the axes that contains all that surfaces leave, the least one where they are planes: from the corners of
+/// a polyhedron, with a cube about each sphere and a square tube about each cylinder. An axis that has a period is cut
+/// to it, about the origin where no surface bounds it. Along z it is `plane` of a planar scene. None where nothing is
+/// left.
+pub(super) fn extent(surfaces: &[Surface], periods: &[Option<f64>; 3], plane: Option<f64>) -> Option<[DVec3; 2]> {
+    let (mut low, mut high, mut tilted) = (DVec3::NEG_INFINITY, DVec3::INFINITY, Vec::new());
+    for (normal, offset) in surfaces.iter().flat_map(half_spaces) {
+        match DVec3::AXES.iter().position(|axis| axis.cross(normal) == DVec3::ZERO) {
+            Some(axis) if normal[axis] > 0.0 => low[axis] = low[axis].max(offset / normal[axis]),
+            Some(axis) => high[axis] = high[axis].min(offset / normal[axis]),
+            None => tilted.push((normal, offset)),
+        }
+    }
+    for (axis, length) in periods.iter().enumerate().filter_map(|(axis, length)| Some((axis, (*length)?))) {
+        if low[axis].is_finite() && high[axis].is_finite() {
+            high[axis] = high[axis].min(low[axis] + length);
+        } else {
+            (low[axis], high[axis]) = (-0.5 * length, 0.5 * length);
+        }
+    }
+    if let Some(z) = plane {
+        (low.z, high.z) = (z, z);
+    }
+    let faces = (0..3).flat_map(|axis| [(DVec3::AXES[axis], low[axis]), (-DVec3::AXES[axis], -high[axis])]);
+    let planes: Vec<HalfSpace> = faces.filter(|(_, offset)| offset.is_finite()).chain(tilted).collect();
+    corners(&planes)
+}
+
+/// The planes of a polyhedron about what a surface leaves.
+fn half_spaces(surface: &Surface) -> Vec<HalfSpace> {
+    let about = |centre: DVec3, radius: f64, axes: &[DVec3]| {
+        let both = axes.iter().flat_map(|axis| [*axis, -*axis]);
+        both.map(|normal| (normal, normal.dot(centre) - radius)).collect()
+    };
+    match *surface {
+        Surface::Plane { point, normal } => vec![(normal, normal.dot(point))],
+        Surface::Sphere { centre, radius } => about(centre, radius, &DVec3::AXES),
+        Surface::Cylinder { centre, axis, radius } => {
+            // Along the axes of space where the cylinder is along one of them.
+            let first = DVec3::AXES.into_iter().find(|other| other.dot(axis) == 0.0);
+            let first = first.unwrap_or_else(|| axis.any_orthonormal_vector());
+            about(centre, radius, &[first, axis.cross(first)])
+        }
+    }
+}
+
+/// The box of all points in which three planes meet and that are past none.
+fn corners(planes: &[HalfSpace]) -> Option<[DVec3; 2]> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (i, (a, at_a)) in planes.iter().enumerate() {
+        for (j, (b, at_b)) in planes[..i].iter().enumerate() {
+            let line = a.cross(*b);
+            for (c, at_c) in &planes[..j] {
+                let determinant = line.dot(*c);
+                if determinant.abs() < LEAST_CORNER {
+                    continue;
+                }
+                let corner = (*at_a * b.cross(*c) + *at_b * c.cross(*a) + *at_c * line) / determinant;
+                let slack = AT_CORNER * (1.0 + corner.length());
+                if planes.iter().all(|(normal, offset)| normal.dot(corner) >= offset - slack) {
+                    (low, high) = (low.min(corner), high.max(corner));
+                }
+            }
+        }
+    }
+    (low.x <= high.x).then_some([low, high])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Wall, Walls};
@@ -85,6 +161,36 @@ mod tests {
             }
             assert_eq!(closed(&text, false), in_space, "in space: {text}");
         }
+    }
+
+    #[test]
+    fn the_box_about_what_walls_leave() {
+        let of = |text: &str, periods: [Option<f64>; 3], planar: bool| {
+            let walls: Vec<Wall> = serde_json::from_str(text).unwrap();
+            extent(Walls::new(&walls, planar).surfaces(), &periods, planar.then_some(0.0))
+        };
+        let near = |found: Option<[DVec3; 2]>, low: [f64; 3], high: [f64; 3]| {
+            let [a, b] = found.unwrap();
+            assert!((a - DVec3::from(low)).length() < 1e-12 && (b - DVec3::from(high)).length() < 1e-12, "{a} {b}");
+        };
+        let boxed = r#"{"box": {"minimum": [0, 0, -1], "maximum": [2, 3, 1]}}"#;
+        let sphere = r#"{"sphere": {"center": [1, 2, 0], "radius": 3}}"#;
+        near(of(&format!("[{boxed}]"), [None; 3], false), [0.0, 0.0, -1.0], [2.0, 3.0, 1.0]);
+        near(of(&format!("[{boxed}]"), [None; 3], true), [0.0, 0.0, 0.0], [2.0, 3.0, 0.0]);
+        near(of(&format!("[{sphere}, {boxed}]"), [None; 3], false), [0.0, 0.0, -1.0], [2.0, 3.0, 1.0]);
+        let tube = r#"{"cylinder": {"center": [1, 0, 5], "axis": [0, 0, 2], "radius": 2, "length": 4}}"#;
+        near(of(&format!("[{tube}]"), [None; 3], false), [-1.0, -2.0, 3.0], [3.0, 2.0, 7.0]);
+        // A channel between two tilted ends: x + y = 4 meets y = -1 at x = 5.
+        let wedge = r#"[{"channel": {"center": [0, 0, 0], "normal": [0, 1, 0], "width": 2}},
+            {"half_space": {"normal": [1, 0, 0], "offset": 0}},
+            {"half_space": {"normal": [-1, -1, 0], "offset": -2.8284271247461903}}]"#;
+        near(of(wedge, [None; 3], true), [0.0, -1.0, 0.0], [5.0, 1.0, 0.0]);
+        assert_eq!(of(wedge, [None; 3], false).map(|[low, _]| low.z), None, "open along z");
+        // Periods: about the origin, or what a surface cuts.
+        near(of(wedge, [None, None, Some(6.0)], false), [0.0, -1.0, -3.0], [5.0, 1.0, 3.0]);
+        near(of(&format!("[{boxed}]"), [Some(1.5), None, Some(20.0)], false), [0.0, 0.0, -1.0], [1.5, 3.0, 1.0]);
+        let apart = r#"{"box": {"minimum": [9, 9, 9], "maximum": [10, 10, 10]}}"#;
+        assert_eq!(of(&format!("[{boxed}, {apart}]"), [None; 3], false), None);
     }
 
     #[test]

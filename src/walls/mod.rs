@@ -174,6 +174,23 @@ impl Walls {
         enclosure::is_closed(&self.surfaces, &closed)
     }
 
+    /// A box along the axes that contains all that the walls leave of space, with its least corner first: in a periodic
+    /// scene of one cell. `plane` is the z of a planar scene. None where they leave nothing, or a way to infinity.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use relcp::periodic::Periods;
+    /// use relcp::walls::{Wall, Walls};
+    /// let sphere = Wall::Sphere { center: [1.0, 2.0, 0.0], radius: 3.0, motion: None, friction: None };
+    /// let extent = Walls::new(&[sphere], false).extent(&Periods::NONE, None);
+    /// assert_eq!(extent, Some([DVec3::new(-2.0, -1.0, -3.0), DVec3::new(4.0, 5.0, 3.0)]));
+    /// assert_eq!(Walls::default().extent(&Periods::NONE, None), None);
+    /// ```
+    pub fn extent(&self, periods: &Periods, plane: Option<f64>) -> Option<[DVec3; 2]> {
+        let closed = self.are_closed(periods, plane.is_some());
+        closed.then(|| enclosure::extent(&self.surfaces, &periods.lengths(), plane)).flatten()
+    }
+
     /// The surfaces, in order.
     #[doc(hidden)]
     pub fn surfaces(&self) -> &[Surface] {

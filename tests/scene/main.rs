@@ -3,10 +3,14 @@
 
 mod built_in;
 mod chainmail;
+mod chains;
+mod fences;
+mod lattices;
 mod overrides;
 mod placement;
 mod random_bodies;
 mod refusals;
+mod regions;
 mod round_trips;
 mod schema;
 mod warnings;

@@ -28,6 +28,7 @@ fn groups_are_numbered_in_order_of_first_appearance() {
         position: [0.0; 3],
         angle: 0.0,
         count: 1,
+        repeat: Vec::new(),
         group: Some("cell".into()),
     }];
     scene.bodies.push(scene.bodies[0].clone());

@@ -1,6 +1,7 @@
 //! Random sequential placement: uniform centres, isotropic rotations, a draw that overlaps an earlier body is repeated.
 //! In a planar scene a body's axis z lies in the plane, in a uniform direction, with the orientation that
-//! `bodies[].angle` gives.
+//! `bodies[].angle` gives. Inside a region or walls centres are uniform in a box about these, and a draw that reaches
+//! past one of their surfaces is repeated too.
 
 use super::super::Generate;
 use super::super::error::{FaultKind, SceneError};
@@ -20,26 +21,52 @@ use std::f64::consts::PI;
 /// Draws of one body before placement counts as failed; at the largest accepted volume fraction the worst body needs
 /// less than a two-hundredth of this (tested).
 const MAX_DRAWS: u64 = 1_000_000;
+/// Draws of all bodies inside a region before placement counts as failed: those of the worst body, and so many a body.
+/// At the volume fraction that is accepted elsewhere bodies need some dozens each.
+const DRAWS_A_BODY: u64 = 5_000;
 /// Draws between two calls of `goes_on`: some milliseconds.
 const DRAWS_A_QUESTION: u64 = 2_048;
 /// The random stream of the first rule; the streams below belong to dividing bodies, whose ids stay below 2^53.
 const FIRST_STREAM: u64 = 1 << 63;
 
+/// The random numbers of a rule: the same whatever other rules draw.
+pub(super) fn stream(seed: u64, rule: usize) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(FIRST_STREAM + rule as u64);
+    random
+}
+
 /// The bodies to place.
 pub(super) struct Order {
     /// The number of bodies of each shape; several shapes are mixed.
     pub components: Vec<(u64, Shape)>,
-    /// Their volume over that of the space in which they are placed; none for a whole periodic cell, where their number
-    /// determines it.
+    /// Their volume over that of the space in which they are placed; none where their number determines it: in a whole
+    /// periodic cell, and inside a region.
     pub volume_fraction: Option<f64>,
     /// The middle of this space.
     pub center: DVec3,
+    /// The region that bodies are wholly inside of; none for a box.
+    pub inside: Option<Inside>,
     pub planar: bool,
     pub seed: u64,
     pub rule: usize,
 }
 
+/// A region that bodies are placed in, by the box about it and the walls.
+#[derive(Clone, Copy)]
+pub(super) struct Inside {
+    pub sides: DVec3,
+    /// Whether it is the rule's own region, not the walls alone.
+    pub is_own: bool,
+}
+
 impl Order {
+    /// Draws of all bodies before placement counts as failed.
+    fn most_draws(&self) -> u64 {
+        let all = MAX_DRAWS.saturating_add(DRAWS_A_BODY.saturating_mul(self.count()));
+        if self.inside.is_some() { all } else { u64::MAX }
+    }
+
     pub fn count(&self) -> u64 {
         self.components.iter().map(|(count, _)| count).sum()
     }
@@ -59,7 +86,7 @@ impl Order {
     }
 }
 
-/// Places the bodies inside the walls, without overlap with earlier bodies and their images. `groups` has the group of
+/// Places the bodies inside the walls and their region, which is the last of `walls`, without overlap with earlier bodies and their images. `groups` has the group of
 /// each component.
 pub(super) fn add(
     order: &Order,
@@ -68,8 +95,7 @@ pub(super) fn add(
     groups: &[u32],
     goes_on: &mut dyn FnMut(usize) -> bool,
 ) -> Result<(), SceneError> {
-    let mut random = ChaCha8Rng::seed_from_u64(order.seed);
-    random.set_stream(FIRST_STREAM + order.rule as u64);
+    let mut random = stream(order.seed, order.rule);
     let sides = sides(order, bodies.periods);
     let room = Room { order, sides, periodic: bodies.periods.lengths().map(|length| length.is_some()), walls };
     room.check()?;
@@ -77,7 +103,7 @@ pub(super) fn add(
     for i in 0..bodies.len() {
         occupied.insert(capsule(&bodies.shape[i], bodies.position[i], bodies.orientation[i]));
     }
-    let (mut draws, mut done) = (0, 0);
+    let (mut draws, mut done, most_draws) = (0, 0, order.most_draws());
     let mut placed = vec![Vec::new(); order.components.len()];
     for component in order.largest_first() {
         let (count, shape) = order.components[component];
@@ -86,13 +112,13 @@ pub(super) fn add(
             let mut asked = || {
                 draws += 1;
                 going = draws % DRAWS_A_QUESTION != 0 || goes_on(bodies.len() + done as usize);
-                going
+                going && draws <= most_draws
             };
             let free = |body: &Placed| {
                 !occupied.overlaps(&capsule(&shape, body.position, body.orientation)) && walls.deepest(body).is_none()
             };
             let Some((body, _)) = place(order, shape, sides, &free, &mut random, &mut asked) else {
-                return Err(if going { room.full(done + 1, MAX_DRAWS) } else { stopped(order, done) });
+                return Err(if going { room.full(done) } else { stopped(order, done) });
             };
             occupied.insert(capsule(&shape, body.position, body.orientation));
             placed[component].push(body);
@@ -137,6 +163,9 @@ fn place(
 /// Sides of the box (in a planar scene, of the rectangle) that contains the centres: the periods, and the same length
 /// along all open axes.
 pub(super) fn sides(order: &Order, periods: Periods) -> DVec3 {
+    if let Some(Inside { sides, .. }) = order.inside {
+        return sides;
+    }
     // A rule without a fraction fills a whole cell, which has no open axis.
     let whole = order.volume() / order.volume_fraction.unwrap_or(1.0);
     let open = |axis: usize| periods.lengths()[axis].is_none() && !(order.planar && axis == 2);
@@ -175,7 +204,7 @@ pub(super) fn volume(shape: &Shape, planar: bool) -> f64 {
 
 /// An isotropic rotation: a uniform point of the three-sphere, from two uniform points of the disc (Marsaglia 1972).
 /// It needs only square roots, which have the same bits on every machine.
-fn rotation(random: &mut ChaCha8Rng) -> DQuat {
+pub(super) fn rotation(random: &mut ChaCha8Rng) -> DQuat {
     let mut disc = || {
         loop {
             let [x, y] = random.random::<[f64; 2]>().map(|u| 2.0 * u - 1.0);
@@ -192,7 +221,7 @@ fn rotation(random: &mut ChaCha8Rng) -> DQuat {
 
 /// The same in the plane: z along x, turned about the plane's normal by a uniform angle. Half of it is that of a
 /// uniform point of the disc.
-fn rotation_in_plane(random: &mut ChaCha8Rng) -> DQuat {
+pub(super) fn rotation_in_plane(random: &mut ChaCha8Rng) -> DQuat {
     loop {
         let [x, y] = random.random::<[f64; 2]>().map(|u| 2.0 * u - 1.0);
         let square = x * x + y * y;
@@ -265,7 +294,7 @@ mod tests {
         }
         let volume_fraction = Some(reachable_by_all(&rule, planar));
         let components = components.to_vec();
-        let order = Order { components, volume_fraction, center: DVec3::ZERO, planar, seed: 1, rule: 0 };
+        let order = Order { components, volume_fraction, center: DVec3::ZERO, inside: None, planar, seed: 1, rule: 0 };
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let (sides, mut occupied, mut worst) = (sides(&order, Periods::NONE), Occupied::default(), 0);
         for component in order.largest_first() {

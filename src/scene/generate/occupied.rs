@@ -63,6 +63,17 @@ impl Grid {
         self.capsules.push(capsule);
     }
 
+    /// Removes the capsule that was inserted last.
+    fn remove_last(&mut self) {
+        let (Some(capsule), Some(before)) = (self.capsules.pop(), self.next.pop()) else { return };
+        let cell = self.cell(capsule.position);
+        if before == END {
+            self.first.remove(&cell);
+        } else {
+            self.first.insert(cell, before);
+        }
+    }
+
     fn overlaps(&self, capsule: &Placed) -> bool {
         // A grid's capsules reach at most half a side from their centres.
         let reach = DVec3::splat(capsule.shape.bounding_radius() + 0.5 * self.side);
@@ -89,6 +100,11 @@ impl Grid {
     }
 }
 
+/// The exponent of the side of a capsule's grid.
+fn size_class(capsule: &Placed) -> i32 {
+    (2.0 * capsule.shape.bounding_radius()).log2().ceil() as i32
+}
+
 /// All capsules placed so far.
 #[derive(Default)]
 pub(super) struct Occupied {
@@ -109,9 +125,16 @@ impl Occupied {
     pub fn insert(&mut self, capsule: Placed) {
         let capsule = Placed { position: self.periods.wrapped(capsule.position).0, ..capsule };
         self.reach = self.reach.max(capsule.shape.bounding_radius());
-        let class = (2.0 * capsule.shape.bounding_radius()).log2().ceil() as i32;
+        let class = size_class(&capsule);
         let grid = self.grids.entry(class).or_insert_with(|| Grid { side: f64::from(class).exp2(), ..Grid::default() });
         grid.insert(capsule);
+    }
+
+    /// Removes a capsule that was inserted last of all of its size.
+    pub fn remove_last(&mut self, capsule: &Placed) {
+        if let Some(grid) = self.grids.get_mut(&size_class(capsule)) {
+            grid.remove_last();
+        }
     }
 
     /// Whether the capsule overlaps an earlier one, or an image of one.
@@ -169,6 +192,9 @@ mod tests {
             let orientation = DQuat::from_rotation_arc(DVec3::Z, axis.normalize());
             let capsule = Placed { shape, position: 5.0 * vector(&mut random), orientation };
             assert_eq!(occupied.overlaps(&capsule), all.iter().any(|other| overlap(&capsule, other)));
+            // One that is taken back leaves no trace.
+            occupied.insert(Placed { position: 5.0 * vector(&mut random), ..capsule });
+            occupied.remove_last(&capsule);
             occupied.insert(capsule);
             all.push(capsule);
         }

@@ -1,7 +1,7 @@
 //! Checks before placement that walls leave room for a rule's bodies.
 
 use super::super::error::{FaultKind, SceneError};
-use super::isotropic::{Order, reachable_fraction};
+use super::isotropic::{Inside, Order, reachable_fraction};
 use crate::digits::few;
 use crate::separation::Placed;
 use crate::shape::Shape;
@@ -53,17 +53,22 @@ impl Room<'_> {
         Err(self.fault(format!("{count} bodies do not fit: {}; {why}", self.described())))
     }
 
-    /// The error if a body found no free position in so many draws.
-    pub fn full(&self, body: u64, draws: u64) -> SceneError {
+    /// The error if no free position was found for a body after `done`.
+    pub fn full(&self, done: u64) -> SceneError {
         let count = self.order.count();
         let place = if self.walls.is_empty() { self.region() } else { self.described() };
-        self.fault(format!("body {body} of {count} found no free place in {draws} draws: {place}"))
+        self.fault(format!("{done} of {count} bodies were placed; no free place was found for the next: {place}"))
     }
 
     fn fault(&self, message: String) -> SceneError {
         let name = if self.order.volume_fraction.is_some() { "volume_fraction" } else { "count" };
         let key = format!("generate.{}.isotropic.{name}", self.order.rule);
-        SceneError::new(FaultKind::Placement, key, message).with_help(match (self.walls.is_empty(), name) {
+        let fault = SceneError::new(FaultKind::Placement, key, message);
+        if let Some(inside) = self.order.inside {
+            let larger = if inside.is_own { "make `region` larger" } else { "make the space inside the walls larger" };
+            return fault.with_help(format!("place fewer bodies, or {larger}"));
+        }
+        fault.with_help(match (self.walls.is_empty(), name) {
             (true, "count") => "place fewer bodies, or make the cell larger",
             (true, _) => "choose a smaller volume_fraction",
             (false, "count") => "place fewer bodies, make the cell larger, or set `center` to the middle of the walls",
@@ -75,6 +80,11 @@ impl Room<'_> {
 
     /// The region, in words.
     fn region(&self) -> String {
+        match self.order.inside {
+            Some(Inside { is_own: true, .. }) => return "bodies are placed inside of `region` and the walls".into(),
+            Some(Inside { is_own: false, .. }) => return "bodies are placed inside of the walls".into(),
+            None => {}
+        }
         let [x, y, z] = self.sides.to_array().map(few);
         let sides = if self.order.planar { vec![x, y] } else { vec![x, y, z] };
         let name = match (self.order.planar, sides.iter().all(|side| *side == sides[0])) {
@@ -91,6 +101,11 @@ impl Room<'_> {
 
     /// The region, and which part of it is inside the walls.
     fn described(&self) -> String {
+        if self.order.inside.is_some() {
+            let measure = if self.order.planar { "area" } else { "volume" };
+            let size = self.size(self.sides) * self.inside(self.sides);
+            return format!("{}, which have the {measure} {}", self.region(), few(size));
+        }
         match self.inside(self.sides) {
             0.0 => format!("{}, no part of which is inside the walls", self.region()),
             1.0 => self.region(),
@@ -103,11 +118,15 @@ impl Room<'_> {
         let Order { components, planar, .. } = self.order;
         let reach = 2.0 * components.iter().map(|(_, shape)| shape.bounding_radius()).fold(0.0, f64::max);
         let sides = DVec3::from_array([0, 1, 2].map(|axis| {
-            let ends = self.periodic[axis] || (*planar && axis == 2);
+            let ends = self.periodic[axis] || (*planar && axis == 2) || self.order.inside.is_some();
             self.sides[axis] + if ends { 0.0 } else { reach }
         }));
-        let size = if *planar { sides.x * sides.y } else { sides.element_product() };
-        self.order.volume() / (size * self.inside(sides))
+        self.order.volume() / (self.size(sides) * self.inside(sides))
+    }
+
+    /// The volume of a box, in a planar scene the area.
+    fn size(&self, sides: DVec3) -> f64 {
+        if self.order.planar { sides.x * sides.y } else { sides.element_product() }
     }
 
     /// The part of a box about the centre that is inside the walls.

@@ -111,8 +111,8 @@ impl Scene {
             }
             self.check_not_growing(&key.field("shape"), &body.shape, body.group.as_deref())?;
         }
-        for (i, (_, shape, group)) in self.generated().filter(|(_, (.., group))| fixed.holds(u64::MAX, number(*group)))
-        {
+        let held = |i: usize, group: Option<&str>| self.generate[i].is_fixed() || fixed.holds(u64::MAX, number(group));
+        for (i, (_, shape, group)) in self.generated().filter(|(i, (.., group))| held(*i, *group)) {
             let list = root.field("generate");
             self.check_not_growing(&list.index(i).field(self.generate[i].name()), &shape, group)?;
         }

@@ -1,8 +1,9 @@
 //! The rules of bonds.
 
 use super::super::error::{FaultKind, SceneError};
+use super::super::generate::bonds_of_chain;
 use super::super::key::Key;
-use super::super::{Bond, Scene, generate};
+use super::super::{Bond, Generate, Scene, generate};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::bodies::NO_GROUP;
 use crate::digits::{at_most, exact, short};
@@ -18,13 +19,34 @@ struct Bonded<'a> {
     group: Option<&'a str>,
 }
 
+/// All starting bodies as their bonds know them, those of one shape of a rule together.
+struct Roster<'a> {
+    /// The number of bodies up to each entry.
+    ends: Vec<u64>,
+    bodies: Vec<Bonded<'a>>,
+    count: u64,
+}
+
+impl<'a> Roster<'a> {
+    fn push(&mut self, count: u64, body: Bonded<'a>) {
+        self.ends.push(self.ends.last().copied().unwrap_or(0).saturating_add(count));
+        self.bodies.push(body);
+    }
+
+    /// Body number `body`, where the scene has as many.
+    fn body(&self, body: usize) -> Option<&Bonded<'a>> {
+        self.bodies.get(self.ends.partition_point(|end| *end <= body as u64))
+    }
+}
+
 impl Scene {
     pub(super) fn check_bonds(&self, key: &Key) -> Result<(), SceneError> {
         if self.bonds.len() as u64 > MAX_BODIES {
             let message = format!("{} bonds; at most {MAX_BODIES}", self.bonds.len());
             return Err(SceneError::new(FaultKind::TooLarge, key, message));
         }
-        let held = self.bonds.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
+        let (all, roster) = (self.all_bonds(), self.roster());
+        let held = all.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
         let known = usize::try_from(self.body_count()).unwrap_or(usize::MAX);
         let ids: Vec<u64> = self.ids().take(held.min(known)).collect();
         let (names, fixed) = (self.group_names(), self.fixed());
@@ -36,26 +58,62 @@ impl Scene {
         for (i, bond) in self.bonds.iter().enumerate() {
             let key = key.index(i);
             check_numbers(&key, bond)?;
-            self.check_ends(&key, bond, &is_fixed)?;
-            self.check_bond_length(&key, bond)?;
+            self.check_ends(&key, bond, &roster, &is_fixed)?;
+            self.check_bond_length(&key.field("length"), bond.length)?;
         }
-        self.check_network(key, held, &is_fixed)
+        self.check_chains(&is_fixed)?;
+        let member = |number: usize| {
+            let Bonded { shape, rotation, group } = *roster.body(number)?;
+            Some(Member { shape, orientation: rotation, fixed: is_fixed(number, group) })
+        };
+        match (0..held).map(member).collect::<Option<Vec<_>>>() {
+            Some(members) => self.check_network(key, &all, &members),
+            None => Ok(()),
+        }
+    }
+
+    /// The bonds of chains hold bodies that move and do not grow.
+    fn check_chains(&self, is_fixed: &dyn Fn(usize, Option<&str>) -> bool) -> Result<(), SceneError> {
+        let list = Key::ROOT.field("generate");
+        for (i, rule) in self.generate.iter().enumerate() {
+            let Generate::Chain(chain) = rule else { continue };
+            let key = list.index(i);
+            let key = key.field(rule.name());
+            let group = chain.group.as_deref();
+            if self.growth_of(group).is_some() && chain.shape.growing_length().is_some() {
+                let message = "the bodies grow, and a bond does not follow a division; name the species that grows \
+                               with growth.group";
+                return Err(SceneError::bad(key, message));
+            }
+            if is_fixed(usize::MAX, group) {
+                return Err(SceneError::bad(key.field("group"), "is fixed, so the bonds do nothing; use `bodies`"));
+            }
+            let length = bonds_of_chain(chain, 0).first().map_or(0.0, |bond| bond.length);
+            self.check_bond_length(&key.field("gap"), length)?;
+        }
+        Ok(())
+    }
+
+    /// The key of a bond's stiffness: of one of `bonds`, or of a chain's.
+    fn stiffness_key(&self, key: &Key, bond: usize) -> String {
+        let Some(mut after) = bond.checked_sub(self.bonds.len()) else {
+            return key.index(bond).field("stiffness").to_string();
+        };
+        for (i, rule) in self.generate.iter().enumerate() {
+            let Generate::Chain(chain) = rule else { continue };
+            let own = bonds_of_chain(chain, 0).len();
+            if after < own {
+                return format!("generate.{i}.chain.stiffness");
+            }
+            after -= own;
+        }
+        key.to_string()
     }
 
     /// Refuses bonds that a step makes grow, alone or together as those of a chain.
-    fn check_network(
-        &self,
-        key: &Key,
-        held: usize,
-        is_fixed: &dyn Fn(usize, Option<&str>) -> bool,
-    ) -> Result<(), SceneError> {
-        let member = |number: usize| {
-            let Bonded { shape, rotation, group, .. } = self.bonded(number)?;
-            Some(Member { shape, orientation: rotation, fixed: is_fixed(number, group) })
-        };
-        let Some(members) = (0..held).map(member).collect::<Option<Vec<_>>>() else { return Ok(()) };
+    fn check_network(&self, key: &Key, all: &[Bond], members: &[Member]) -> Result<(), SceneError> {
         let (planar, dt) = (self.planar, self.time.dt);
-        let Some(Unstable { bond, longest }) = instability(&self.bonds, &members, &self.dynamics, planar, dt) else {
+        let Some(Unstable { bond, longest }) = instability(all, members, &self.dynamics, planar, dt) else {
             return Ok(());
         };
         let message = format!(
@@ -64,16 +122,17 @@ impl Scene {
             dt = exact(dt),
             longest = at_most(longest)
         );
-        Err(SceneError::bad(key.index(bond).field("stiffness"), message))
+        Err(SceneError::bad(self.stiffness_key(key, bond), message))
     }
 
     /// In a planar scene the points of a bond lie in the plane on each body as it is oriented.
     pub(super) fn check_planar_bonds(&self, key: &Key) -> Result<(), SceneError> {
+        let roster = self.roster();
         for (i, bond) in self.bonds.iter().enumerate() {
             for (end, (body, at)) in bond.bodies.into_iter().zip(bond.at).enumerate() {
                 let at = DVec3::from(at);
                 let out = |q: DQuat| (q * at).z.abs() > PLANAR_TOLERANCE * at.length();
-                let known = self.bonded(body).and_then(|body| body.rotation);
+                let known = roster.body(body).and_then(|body| body.rotation);
                 if at != DVec3::ZERO && known.is_none_or(out) {
                     let list = key.index(i);
                     let message = format!(
@@ -86,32 +145,37 @@ impl Scene {
         Ok(())
     }
 
-    /// Body number `body`, where the scene has as many.
-    fn bonded(&self, body: usize) -> Option<Bonded<'_>> {
-        if let Some(of) = self.bodies.get(body) {
-            return Some(Bonded { shape: of.shape, rotation: Some(of.rotation()), group: of.group.as_deref() });
+    /// All starting bodies as bonds know them; none in a scene without bonds.
+    fn roster(&self) -> Roster<'_> {
+        let mut roster = Roster { ends: Vec::new(), bodies: Vec::new(), count: self.body_count() };
+        if self.bonds.is_empty() && !self.generate.iter().any(|rule| matches!(rule, Generate::Chain(_))) {
+            return roster;
         }
-        let mut before = self.bodies.len() as u64;
-        let components = self.generate.iter().flat_map(|rule| rule.components().map(move |of| (rule, of)));
-        let (rule, (_, shape, group)) = components.into_iter().find(|(_, (count, ..))| {
-            before = before.saturating_add(*count);
-            (body as u64) < before
-        })?;
-        let rotation = generate::planar_orientation(rule, &shape).filter(|_| self.planar);
-        Some(Bonded { shape, rotation, group })
+        for of in &self.bodies {
+            let (rotation, group) = (Some(of.rotation()), of.group.as_deref());
+            roster.push(1, Bonded { shape: of.shape, rotation, group });
+        }
+        for rule in &self.generate {
+            for (count, shape, group) in rule.components() {
+                let rotation = generate::planar_orientation(rule, &shape).filter(|_| self.planar);
+                roster.push(count, Bonded { shape, rotation, group });
+            }
+        }
+        roster
     }
 
     fn check_ends(
         &self,
         key: &Key,
         bond: &Bond,
+        roster: &Roster,
         is_fixed: &dyn Fn(usize, Option<&str>) -> bool,
     ) -> Result<(), SceneError> {
         let list = key.field("bodies");
         let mut holds = [false; 2];
         for (end, body) in bond.bodies.into_iter().enumerate() {
-            let Some(Bonded { shape, group, .. }) = self.bonded(body) else {
-                let count = self.body_count();
+            let Some(&Bonded { shape, group, .. }) = roster.body(body) else {
+                let count = roster.count;
                 let message = format!("there is no body {body}; the scene has {count} bodies, counted from 0");
                 return Err(SceneError::bad(list.index(end), message));
             };
@@ -131,14 +195,14 @@ impl Scene {
         Ok(())
     }
 
-    fn check_bond_length(&self, key: &Key, bond: &Bond) -> Result<(), SceneError> {
+    fn check_bond_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
         let Some(period) = self.periods().shortest() else { return Ok(()) };
-        if bond.length >= 0.5 * period {
+        if length >= 0.5 * period {
             let message = format!(
                 "must be under half of the shortest period, {period}: a bond ends at the nearest image of its body",
                 period = short(period)
             );
-            return Err(SceneError::bad(key.field("length"), message));
+            return Err(SceneError::bad(key, message));
         }
         Ok(())
     }

@@ -50,7 +50,8 @@ impl Scene {
         let number = |group: Option<&str>| group.and_then(|group| names.iter().position(|name| name == group));
         let bodies = self.bodies.iter().zip(self.ids()).enumerate();
         let bodies = bodies.map(|(i, (body, id))| ("bodies", i, id, body.shape, body.group.as_deref()));
-        let rules = self.generated().map(|(i, (_, shape, group))| ("generate", i, u64::MAX, shape, group));
+        let moving = self.generated().filter(|(i, _)| !self.generate[*i].is_fixed());
+        let rules = moving.map(|(i, (_, shape, group))| ("generate", i, u64::MAX, shape, group));
         for (list, i, id, shape, group) in bodies.chain(rules) {
             if !fixed.holds(id, number(group).map_or(NO_GROUP, |number| number as u32)) {
                 self.check_trapped(key, &format!("{list}.{i}"), &self.shortest(&shape, group), group)?;

@@ -11,6 +11,7 @@ mod forces;
 mod friction;
 mod generate;
 mod growth;
+mod patterns;
 mod periodic;
 mod planar;
 mod removal;

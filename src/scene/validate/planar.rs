@@ -2,7 +2,8 @@
 
 use super::super::error::SceneError;
 use super::super::key::Key;
-use super::super::{Body, Force, Generate, Scene, generate};
+use super::super::{Body, Force, Generate, Repeat, Scene, generate};
+use super::patterns::{check_planar_chain, check_planar_fence, check_planar_lattice, flat};
 use crate::digits::exact;
 use crate::dynamics::Load;
 use crate::shape::{PLANAR_TOLERANCE, Shape};
@@ -17,6 +18,7 @@ impl Scene {
         }
         for (i, rule) in self.generate.iter().enumerate() {
             check_rule(&root.field("generate").index(i), rule)?;
+            self.check_standing(&root.field("generate").index(i), rule)?;
         }
         for (i, force) in self.forces.iter().enumerate() {
             self.check_planar_force(&root.field("forces").index(i), force, plane)?;
@@ -94,6 +96,20 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// The same for the bodies of a lattice.
+    fn check_standing(&self, key: &Key, rule: &Generate) -> Result<(), SceneError> {
+        let Generate::Lattice(lattice) = rule else { return Ok(()) };
+        let grows = self.growth_of(lattice.group.as_deref()).is_some() && lattice.shape.growing_length().is_some();
+        let axis = generate::orientation_of_lattice(lattice) * DVec3::Z;
+        if grows && !lattice.random && axis.z.abs() > PLANAR_TOLERANCE {
+            let message = "growing spherocylinders of a planar scene must lie in the x-y plane";
+            return Err(SceneError::bad(key.field(rule.name()).field("axis"), message));
+        }
+        Ok(())
+    }
+}
+
 fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
     if body.position[2] != plane {
         let message = format!(
@@ -140,12 +156,29 @@ fn check_rule(key: &Key, rule: &Generate) -> Result<(), SceneError> {
             let message = format!("bodies placed by rule are in the plane z = 0, not {z}", z = exact(*z));
             Err(SceneError::bad(key.field(rule.name()).field(place).index(2), message))
         }
-        Generate::Isotropic { .. } | Generate::Founder { .. } => Ok(()),
+        Generate::Isotropic { .. } => Ok(()),
+        Generate::Founder { repeat, .. } => check_copies(key, rule, repeat),
+        Generate::Lattice(lattice) => check_planar_lattice(&key.field(rule.name()), lattice),
+        Generate::Fence(fence) => {
+            check_planar_fence(&key.field(rule.name()), fence)?;
+            check_copies(key, rule, &fence.repeat)
+        }
+        Generate::Chain(chain) => {
+            check_planar_chain(&key.field(rule.name()), chain)?;
+            check_copies(key, rule, &chain.repeat)
+        }
         Generate::Chainmail { .. } => Err(SceneError::bad(
             key.field("chainmail"),
             "interlaced rings lean out of the plane; make the scene spatial",
         )),
     }
+}
+
+/// Copies beside each other in the plane.
+fn check_copies(key: &Key, rule: &Generate, repeat: &[Repeat]) -> Result<(), SceneError> {
+    let rule = key.field(rule.name());
+    let list = rule.field("repeat");
+    repeat.iter().enumerate().try_for_each(|(i, of)| flat(&list.index(i).field("offset"), &of.offset))
 }
 
 /// A force whose vector is in space axes: only a load in the plane is allowed.

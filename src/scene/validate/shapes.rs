@@ -1,6 +1,7 @@
 //! The rules of shapes, and the rules of contact that depend on them.
 
 use super::super::error::{FaultKind, SceneError};
+use super::super::generate::{copies, farthest_copy, spread};
 use super::super::key::Key;
 use super::super::{Generate, Growth, Method, Scene};
 use super::{number, positive};
@@ -16,28 +17,56 @@ pub(super) fn check_shape(key: &Key, shape: &Shape) -> Result<(), SceneError> {
 }
 
 impl Generate {
-    /// The shape of the first bodies that this rule makes, of all of them where it mixes none.
-    pub(super) fn shape(&self) -> Shape {
-        match *self {
-            Generate::Isotropic { shape, .. } => shape,
-            Generate::Chainmail { major_radius, minor_radius, .. } => Shape::Torus { major_radius, minor_radius },
-            Generate::Founder { diameter, length, .. } => Shape::Spherocylinder { diameter, length },
-        }
-    }
-
     /// The bodies that this rule makes, in order: how many of which shape and group.
     pub fn components(&self) -> impl Iterator<Item = (u64, Shape, Option<&str>)> {
-        let (first, mixture, group) = match self {
-            Generate::Isotropic { count, mixture, group, .. } => (*count, &mixture[..], group),
-            Generate::Chainmail { columns, rows, group, .. } => (columns.saturating_mul(*rows), &[][..], group),
-            Generate::Founder { count, group, .. } => (*count, &[][..], group),
+        let (own, mixture, group) = match self {
+            Generate::Isotropic { count, shape, lengths, mixture, group, .. } => {
+                (spread(*count, *shape, lengths.as_ref()), &mixture[..], group)
+            }
+            &Generate::Chainmail { columns, rows, major_radius, minor_radius, ref group } => {
+                let ring = Shape::Torus { major_radius, minor_radius };
+                (vec![(columns.saturating_mul(rows), ring)], &[][..], group)
+            }
+            &Generate::Founder { diameter, length, count, ref repeat, ref group, .. } => {
+                let cell = Shape::Spherocylinder { diameter, length };
+                (vec![(count.saturating_mul(copies(repeat)), cell)], &[][..], group)
+            }
+            Generate::Lattice(lattice) => (vec![(lattice.count(), lattice.shape)], &[][..], &lattice.group),
+            Generate::Fence(fence) => (fence.components(), &[][..], &fence.group),
+            Generate::Chain(chain) => {
+                (vec![(chain.count.saturating_mul(copies(&chain.repeat)), chain.shape)], &[][..], &chain.group)
+            }
         };
-        let further = mixture.iter().map(|of| (of.count, of.shape, of.group.as_deref()));
-        std::iter::once((first, self.shape(), group.as_deref())).chain(further)
+        let further = mixture.iter().flat_map(|of| {
+            let spread = spread(of.count, of.shape, of.lengths.as_ref());
+            spread.into_iter().map(|(count, shape)| (count, shape, of.group.as_deref()))
+        });
+        own.into_iter().map(|(count, shape)| (count, shape, group.as_deref())).chain(further)
+    }
+
+    /// Whether its bodies are obstacles that do not move, whatever their group.
+    pub fn is_fixed(&self) -> bool {
+        matches!(self, Generate::Fence(_))
+    }
+
+    /// The farthest coordinate of a body that the rule's settings place, not its draws.
+    fn farthest(&self) -> f64 {
+        match self {
+            Generate::Founder { position, repeat, .. } => {
+                position.iter().fold(0.0_f64, |most, x| most.max(x.abs())) + farthest_copy(repeat)
+            }
+            Generate::Lattice(lattice) => lattice.farthest(),
+            Generate::Fence(fence) => fence.farthest(),
+            Generate::Isotropic { .. } | Generate::Chainmail { .. } | Generate::Chain(_) => 0.0,
+        }
     }
 
     /// How many bodies the rule makes, at most `u64::MAX`.
     pub fn count(&self) -> u64 {
+        // Without a list of all lengths, which may be too long to make.
+        if let Generate::Isotropic { count, mixture, .. } = self {
+            return mixture.iter().fold(*count, |sum, of| sum.saturating_add(of.count));
+        }
         self.components().fold(0, |sum, (count, ..)| sum.saturating_add(count))
     }
 
@@ -47,6 +76,9 @@ impl Generate {
             Generate::Isotropic { .. } => "isotropic",
             Generate::Chainmail { .. } => "chainmail",
             Generate::Founder { .. } => "founder",
+            Generate::Lattice(_) => "lattice",
+            Generate::Fence(_) => "fence",
+            Generate::Chain(_) => "chain",
         }
     }
 }
@@ -88,12 +120,8 @@ impl Scene {
             );
             return Err(SceneError::bad(tolerance_key, message));
         }
-        let founders = self.generate.iter().filter_map(|rule| match rule {
-            Generate::Founder { position, .. } => Some(*position),
-            _ => None,
-        });
-        let positions = self.bodies.iter().map(|body| body.position).chain(founders);
-        let farthest = positions.flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let positions = self.bodies.iter().flat_map(|body| body.position.map(f64::abs));
+        let farthest = positions.chain(self.generate.iter().map(Generate::farthest)).fold(0.0_f64, f64::max);
         if farthest * f64::EPSILON > contact.overlap_tolerance {
             let message = format!(
                 "is finer than 64-bit floats are at the farthest body's coordinate, {farthest}",

@@ -96,7 +96,7 @@ impl Scene {
     }
 }
 
-fn direction(key: &Key, vector: &[f64; 3]) -> Result<(), SceneError> {
+pub(super) fn direction(key: &Key, vector: &[f64; 3]) -> Result<(), SceneError> {
     numbers(key, vector)?;
     let length = DVec3::from(*vector).length();
     if length < LEAST_DIRECTION {
@@ -143,7 +143,7 @@ pub(super) fn check_wall(key: &Key, wall: &Wall) -> Result<(), SceneError> {
 }
 
 /// A wall so far away or so large that 64-bit floats cannot tell the overlap tolerance there.
-fn check_digits(key: &Key, wall: &Wall, tolerance: f64) -> Result<(), SceneError> {
+pub(super) fn check_digits(key: &Key, wall: &Wall, tolerance: f64) -> Result<(), SceneError> {
     let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let farthest = match wall {
         Wall::HalfSpace { offset, .. } => offset.abs(),
