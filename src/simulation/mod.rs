@@ -117,7 +117,8 @@ impl Simulation {
         let plan = Plan::new(&model, cutoff);
         let inertia = scene.dynamics.has_inertia();
         let parts_first = inertia && plan.promises() && state.step == 0 && {
-            max_overlap_but(&model.fixed, &state.bodies, &model.walls) > scene.contact.overlap_tolerance
+            max_overlap_but(&model.fixed, &state.bodies, &model.walls).max(model.bonds.rigid_stretch(&state.bodies))
+                > scene.contact.overlap_tolerance
         };
         let beginning = Beginning::of(&state, cutoff, parts_first);
         #[cfg(feature = "mpi")]
