@@ -126,6 +126,14 @@ impl Bodies {
         index
     }
 
+    /// Adds to the broken bonds.
+    pub(crate) fn add_broken_bonds(&mut self, found: Vec<u32>) {
+        if !found.is_empty() {
+            self.broken_bonds.extend(found);
+            self.broken_bonds.sort_unstable();
+        }
+    }
+
     /// Keeps the flagged bodies, in order.
     pub fn retain(&mut self, keep: &[bool]) {
         kept(&mut self.shape, keep);

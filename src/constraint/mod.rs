@@ -10,6 +10,7 @@
 //! is the exact derivative of `Phi(C(U))` at `U_j`. Scaled by the root `L` of the effective mobility, `J = sqrt(dt) D
 //! L`, the LCP matrix is `A = J J^T` and `U = U_free + L J^T gamma / sqrt(dt)`, for every law of motion.
 
+pub(crate) mod bond;
 pub(crate) mod friction;
 mod source;
 

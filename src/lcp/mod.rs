@@ -1,5 +1,5 @@
 //! The linear complementarity problem of one solve, `0 <= g(gamma) = q + A gamma  _|_  gamma >= 0`, and its solvers.
-//! Where rows have friction the multipliers of a contact lie in a cone (`friction`).
+//! Where rows have friction the multipliers of a contact lie in a cone, those of bonds are free (`friction`).
 //!
 //! `A = J J^T` is never formed: `J` has one sparse row per constraint, with one block per body of its pair. The rows
 //! are already scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or
@@ -64,8 +64,8 @@ pub struct Problem<const D: usize> {
     pub q: Vec<f64>,
     /// What the multiplier of each row may be; empty if all rows are alone.
     pub cones: Vec<Cone>,
-    /// What is added to the diagonal of `A`, a length over a force a row: the elastic slip of tangents. Empty for
-    /// nothing, and where `cones` is.
+    /// What is added to the diagonal of `A`, a length over a force a row: the elastic slip of tangents, what a bond
+    /// gives. Empty for nothing, and where `cones` is.
     pub compliance: Vec<f64>,
 }
 

@@ -10,9 +10,13 @@
 //! tolerance. Contradictory rows are violated in the least-squares sense, which a smaller `c` changes little. So `c` is
 //! reduced until the violation is allowed, or no longer falls.
 //!
+//! With bonds, whose rows are equations, the same is solved by the iterations of problems with cones: the interior-point
+//! method has no free rows. Their own compliance stays.
+//!
 //! With friction the exact law may fail to converge where the convex problem with the corrections held does not, and
 //! normal rows that contradict each other are shown soonest without friction.
 
+use super::cone::{lack, worse};
 use super::engine::Task;
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::pair_block_cg::PairBlockCg;
@@ -104,7 +108,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
             return Outcome { status: Status::HeldFriction, ..held };
         }
         let normal: Vec<usize> = (0..problem.q.len()).filter(|row| problem.cones[*row] != Cone::Tangent).collect();
-        let smooth = Problem {
+        let mut smooth = Problem {
             bodies: problem.bodies,
             pair: normal.iter().map(|row| problem.pair[*row]).collect(),
             jacobian: normal.iter().map(|row| problem.jacobian[*row]).collect(),
@@ -112,13 +116,53 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
             ..Problem::default()
         };
         let mut pushes: Vec<f64> = normal.iter().map(|row| gamma[*row]).collect();
-        let mut outcome = self.relax(&smooth, &mut pushes, allowed);
+        let mut outcome = if problem.cones.contains(&Cone::Free) {
+            let cone = |row: &usize| if problem.cones[*row] == Cone::Free { Cone::Free } else { Cone::Ray };
+            smooth.cones = normal.iter().map(cone).collect();
+            smooth.compliance = normal.iter().map(|row| problem.compliance.get(*row).copied().unwrap_or(0.0)).collect();
+            self.relax_bonded(&smooth, &mut pushes, allowed)
+        } else {
+            self.relax(&smooth, &mut pushes, allowed)
+        };
         log::trace!("without friction: {outcome:?}");
         gamma.fill(0.0);
         normal.iter().zip(&pushes).for_each(|(row, push)| gamma[*row] = *push);
         outcome.iterations += held.iterations;
         outcome.products += held.products;
         outcome
+    }
+
+    /// [`Solver::relax`] of a problem of rays and free rows.
+    fn relax_bonded(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
+        let settings = self.settings();
+        let tolerance = settings.tolerance.min(OF_ALLOWED * allowed);
+        let few = Settings { tolerance, max_iterations: settings.max_iterations.min(MOST_HELD) };
+        let (mut best, mut found) = (NOTHING, gamma.clone());
+        for compliance in COMPLIANCES {
+            let own = |row: usize| problem.jacobian[row].as_flattened().iter().map(|j| j * j).sum::<f64>();
+            let soft = |(row, k): (usize, &f64)| k + compliance * own(row);
+            let softened =
+                Problem { compliance: problem.compliance.iter().enumerate().map(soft).collect(), ..problem.clone() };
+            let mut tried = gamma.clone();
+            self.set_settings(few);
+            let outcome = self.solve_next(&softened, &mut tried);
+            self.set_settings(settings);
+            let residual = worse(outcome.residual, violation(problem, &tried));
+            log::trace!("bonded, compliance {compliance:e}: {residual:.2e}, {outcome:?}");
+            let falls = residual < GAIN * best.residual;
+            if falls {
+                let status = if residual <= allowed { Status::LeastOverlap } else { Status::Infeasible };
+                best = Outcome { status, iterations: best.iterations, products: best.products, residual, ..outcome };
+                found = tried;
+            }
+            best.iterations += outcome.iterations;
+            best.products += outcome.products;
+            if !falls || residual <= allowed {
+                break;
+            }
+        }
+        *gamma = found;
+        best
     }
 
     /// Solves a problem regularized with `compliance`, from zero multipliers. A larger compliance moves bodies less.
@@ -155,6 +199,16 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         let (products, factorizations) = (cpu.products_made(), method.factorizations());
         Outcome { status, iterations, products, factorizations, fallback: false, residual }
     }
+}
+
+/// How far these multipliers violate rays and free rows, a length.
+fn violation<const D: usize>(problem: &Problem<D>, gamma: &[f64]) -> f64 {
+    let v = super::velocity(problem, gamma);
+    let of = |row: usize| {
+        let gap = problem.value(row, &v) + problem.compliance[row] * gamma[row];
+        if problem.cones[row] == Cone::Free { gap.abs() } else { lack(gap) }
+    };
+    (0..gamma.len()).map(of).fold(0.0, worse)
 }
 
 #[cfg(test)]

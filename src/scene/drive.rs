@@ -30,12 +30,14 @@ impl Scene {
     }
 
     /// The bond between listed bodies that moves one of them farthest in the first step, with this displacement in
-    /// thicknesses of the body. Fixed bodies do not move.
+    /// thicknesses of the body. Fixed bodies do not move, and implicit bonds do not pull too far.
     pub(super) fn farthest_bond(&self) -> Option<(usize, f64)> {
         let periods = self.periods();
         let holds = |name: &String| self.groups.get(name).is_some_and(|group| group.fixed);
         let is_fixed = |of: &Body| of.fixed || of.group.as_ref().is_some_and(holds);
-        let ways = self.bonds.iter().enumerate().filter_map(|(i, bond)| {
+        let bonds = self.bonds();
+        let explicit = self.bonds.iter().enumerate().filter(|(i, _)| !bonds.is_implicit(*i));
+        let ways = explicit.filter_map(|(i, bond)| {
             let [a, b] = [self.bodies.get(bond.bodies[0])?, self.bodies.get(bond.bodies[1])?];
             let end = |body: &Body, at: [f64; 3]| DVec3::from(body.position) + body.rotation() * DVec3::from(at);
             let span = periods.nearest(end(b, bond.at[1]) - end(a, bond.at[0])).length();

@@ -217,11 +217,12 @@ impl Scene {
     }
 
     /// The bonds, by the ids of their bodies.
-    pub(super) fn bonds(&self) -> Bonds {
+    pub(crate) fn bonds(&self) -> Bonds {
         let all = self.all_bonds();
         let held = all.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
         let ids: Vec<u64> = self.ids().take(held).collect();
-        Bonds::new(&all, |body| ids[body])
+        let bonds = Bonds::new(&all, |body| ids[body]);
+        if self.makes_bonds_implicit() { bonds.with_open_ones_implicit() } else { bonds }
     }
 
     /// The bonds of `bonds`, then those of the chains that `generate` places, in order.

@@ -355,7 +355,8 @@ fn parts_first(scene: &Scene, model: &Model, plan: &Plan, state: &State) -> bool
     let may_overlap = state.step == 0 || state.changed;
     may_overlap && scene.dynamics.has_inertia() && plan.promises() && {
         let walls = model.walls.at(scene.time.after(state.step));
-        max_overlap_but(&model.fixed, &state.bodies, &walls) > scene.contact.overlap_tolerance
+        let apart = model.bonds.rigid_stretch(&state.bodies);
+        max_overlap_but(&model.fixed, &state.bodies, &walls).max(apart) > scene.contact.overlap_tolerance
     }
 }
 

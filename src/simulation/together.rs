@@ -80,13 +80,14 @@ impl Together {
     }
 
     /// Whether steps of a scene can be distributed: the solver must support it, saved LCPs need all rows. Steps with
-    /// friction or restitution are not distributed.
+    /// friction, restitution or implicit bonds are not distributed.
     fn shares(&self, scene: &Scene) -> bool {
         let supported = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
         supported
             && scene.solver.dump.is_none()
             && scene.friction().is_none()
             && scene.contact.restitution.is_none()
+            && scene.bonds().first_implicit().is_none()
             && shares(&scene.model(), self.processes)
     }
 

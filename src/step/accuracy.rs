@@ -81,9 +81,15 @@ impl Accuracy {
         overlap.violations > 0 && overlap.worst > self.overlap_tolerance.max(real)
     }
 
+    /// Whether a trial shows bonds that need other rows.
+    pub fn shows_stretch(&self, overlap: &Overlap) -> bool {
+        let real = if self.exact { 0.0 } else { REAL * self.residual };
+        overlap.stretch > self.overlap_tolerance.max(real)
+    }
+
     /// For the solve after rows were appended for the overlaps of a trial.
     pub fn follow(&mut self, overlap: &Overlap) {
-        let warranted = (NEXT * overlap.worst).max(LEAST * self.overlap_tolerance).max(self.tolerance);
+        let warranted = (NEXT * overlap.error()).max(LEAST * self.overlap_tolerance).max(self.tolerance);
         self.residual = self.residual.min(warranted);
     }
 
@@ -91,8 +97,8 @@ impl Accuracy {
     /// tighter one.
     pub fn tighten(&mut self, overlap: &Overlap) -> bool {
         let least = self.tolerance.max(LEAST * self.overlap_tolerance);
-        let last = overlap.worst <= self.overlap_tolerance || self.residual <= least;
-        let next = if last { self.tolerance } else { least.max((NEXT * overlap.worst).min(STRIDE * self.residual)) };
+        let last = overlap.error() <= self.overlap_tolerance || self.residual <= least;
+        let next = if last { self.tolerance } else { least.max((NEXT * overlap.error()).min(STRIDE * self.residual)) };
         let tighter = next < self.residual;
         self.residual = self.residual.min(next);
         tighter
@@ -105,7 +111,7 @@ mod tests {
     use crate::scene::{Method, Scene};
 
     fn overlap(worst: f64) -> Overlap {
-        Overlap { worst, violations: usize::from(worst > 0.0), pair: None, wall: None, proxy: None }
+        Overlap { worst, violations: usize::from(worst > 0.0), ..Overlap::default() }
     }
 
     fn contact() -> ContactSettings {

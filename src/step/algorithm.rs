@@ -129,7 +129,7 @@ impl Attempt {
     /// Whether it may be accepted.
     pub fn holds(&self, plan: &Plan) -> bool {
         let tolerance = plan.contact.overlap_tolerance;
-        self.overlap.worst <= tolerance
+        self.overlap.error() <= tolerance
             && self.report.settled(tolerance)
             && self.report.passed.is_none()
             && self.broken.is_none()
@@ -151,7 +151,7 @@ impl Attempt {
 
 fn badness(overlap: &Overlap, residual: f64) -> f64 {
     // Not a number is as bad as can be.
-    if overlap.worst.is_nan() || residual.is_nan() { f64::INFINITY } else { overlap.worst.max(residual) }
+    if overlap.error().is_nan() || residual.is_nan() { f64::INFINITY } else { overlap.error().max(residual) }
 }
 
 /// Makes one attempt at what the backend begins next; nothing is accepted.
@@ -201,6 +201,14 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
             } else {
                 backend.append_violations()?;
             }
+            if accuracy.shows_stretch(&overlap) {
+                backend.renew_bonds()?;
+            }
+            accuracy.follow(&overlap);
+            tried.report.recursions += 1;
+        } else if accuracy.shows_stretch(&overlap) && tried.report.recursions < contact.max_recursions {
+            // Bonds whose length or direction is another than that of their rows, linearised at C_n+1
+            backend.renew_bonds()?;
             accuracy.follow(&overlap);
             tried.report.recursions += 1;
         } else if !accuracy.tighten(&overlap) && !sides.loosen(backend, plan, tried)? {

@@ -21,6 +21,15 @@ pub struct Overlap {
     pub violations: usize,
     /// The largest overlap of two sub-spheres, where rows are made from them.
     pub proxy: Option<f64>,
+    /// By how much the worst implicit bond is off its length and its direction, a length.
+    pub stretch: f64,
+}
+
+impl Overlap {
+    /// The larger of the overlap and of what bonds are off by, a length.
+    pub fn error(&self) -> f64 {
+        self.worst.max(self.stretch)
+    }
 }
 
 /// Words of a life that ended, in messages between processes.
@@ -140,6 +149,10 @@ pub trait Verbs: Keeper {
     /// For every violation of the trial: moves the offset of its first row so that it is exact there, where
     /// that row has the overlap's direction; else makes one more row, as [`Verbs::append_violations`].
     fn tighten_violations(&mut self) -> Result<(), Fault>;
+    /// Makes the rows of all implicit bonds again at the trial. A backend without them does nothing.
+    fn renew_bonds(&mut self) -> Result<(), Fault> {
+        Ok(())
+    }
     /// What contact does on the way to the trial. Contacts that push may end the part `gap` of their thinner body's
     /// thickness apart.
     fn effect(&mut self, gap: f64) -> Result<Effect, Fault>;

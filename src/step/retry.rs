@@ -219,7 +219,7 @@ impl Taking<'_> {
             }
             self.report.phases += again.accept()?;
             moves.add_parting(&tried.report);
-            if tried.overlap.worst <= plan.contact.overlap_tolerance {
+            if tried.overlap.error() <= plan.contact.overlap_tolerance {
                 left = Some(tried.overlap);
                 break;
             }
@@ -416,7 +416,7 @@ impl Taking<'_> {
         }
         let tolerance = self.plan.contact.overlap_tolerance;
         let only_passed =
-            tried.overlap.worst <= tolerance && tried.report.settled(tolerance) && tried.report.passed.is_some();
+            tried.overlap.error() <= tolerance && tried.report.settled(tolerance) && tried.report.passed.is_some();
         let overlaps = again.start_overlap() > tolerance;
         if only_passed && (overlaps || self.plan.accepts_the_least_bad()) {
             // Overlap may be unavoidable. Bodies that pass each other in short pieces are still better than in one.
@@ -426,6 +426,7 @@ impl Taking<'_> {
         let unresolved = Unresolved {
             step: again.steps() + 1,
             overlap: tried.overlap.worst,
+            stretch: tried.overlap.stretch,
             pair: tried.report.passed.filter(|_| only_passed).map(|passed| passed.pair).or(tried.overlap.pair),
             moved: tried.report.moved.map(|body| (body, tried.report.largest_move)),
             wall: tried.overlap.wall.filter(|_| !only_passed),

@@ -196,7 +196,7 @@ impl Sides {
         if !plan.two_sided {
             return Ok(false);
         }
-        let holds = tried.overlap.worst <= plan.contact.overlap_tolerance
+        let holds = tried.overlap.error() <= plan.contact.overlap_tolerance
             && tried.report.settled(plan.contact.overlap_tolerance);
         let Some(two_sided) = backend.two_sided() else { return Ok(false) };
         let now = two_sided.objective();

@@ -48,6 +48,8 @@ pub struct Unresolved {
     pub step: u64,
     /// The overlap that its shortest piece would leave, a length.
     pub overlap: f64,
+    /// What an implicit bond would be off by, a length.
+    pub stretch: f64,
     /// The pair of bodies that overlaps by it, or that went through each other.
     pub pair: Option<[usize; 2]>,
     /// The body and the wall that overlap by it, if they do.
@@ -73,6 +75,7 @@ impl Unresolved {
             Some(Guard::Energy) => "energy",
             Some(Guard::Spin) => "spin",
             Some(_) => "thrown",
+            None if self.stretch > self.tolerance => "bond",
             None => "residual",
         }
     }
@@ -95,6 +98,12 @@ impl fmt::Display for Unresolved {
             }
             "energy" => write!(f, "gain energy by contact"),
             "spin" => write!(f, "are spun by contact about their own axes"),
+            "bond" => write!(
+                f,
+                "are off what their bonds allow by {}, {} is allowed",
+                beside(self.stretch, *tolerance),
+                short(*tolerance)
+            ),
             "residual" => {
                 write!(
                     f,
@@ -116,7 +125,18 @@ mod tests {
     /// A step that leaves a body past a wall, or in another.
     fn unresolved(pair: Option<[usize; 2]>, wall: Option<[usize; 2]>) -> Unresolved {
         let (step, overlap, residual, tolerance) = (2, 2.1e-5, 0.0, 1e-5);
-        Unresolved { step, overlap, pair, wall, residual, passed: false, broken: None, moved: None, tolerance }
+        Unresolved {
+            step,
+            overlap,
+            stretch: 0.0,
+            pair,
+            wall,
+            residual,
+            passed: false,
+            broken: None,
+            moved: None,
+            tolerance,
+        }
     }
 
     #[test]

@@ -214,15 +214,14 @@ fn bonds_pull_and_break_on_a_device_as_on_the_cpu() {
 fn sheared_chain(dt: f64, stiffness: f64) -> Value {
     let shape = json!({"spherocylinder": {"diameter": 0.2, "length": 1.8}});
     let rod = |i: usize| json!({"shape": shape, "position": [2.2 * i as f64, 0, 0], "axis": [1, 0, 0]});
-    let bond =
-        |i: usize| json!({"bodies": [i, i + 1], "at": [[0, 0, 1], [0, 0, -1]], "stiffness": stiffness, "length": 0.2});
+    let bond = |i: usize| json!({"bodies": [i, i + 1], "at": [[0, 0, 1], [0, 0, -1]], "stiffness": stiffness, "length": 0.2, "implicit": false});
     json!({"name": "chain", "time": {"dt": dt, "end": 4000.0 * dt}, "dynamics": {"overdamped": {"drag": 1}},
         "flow": {"shear": {"rate": 1, "direction": [1, 0, 0], "gradient": [0, 0, 1]}},
         "bodies": (0..5).map(rod).collect::<Vec<_>>(), "bonds": (0..4).map(bond).collect::<Vec<_>>()})
 }
 
 #[test]
-fn a_chain_that_would_explode_is_refused_although_each_bond_alone_is_stable() {
+fn an_explicit_chain_that_would_explode_is_refused_although_each_bond_alone_is_stable() {
     let (key, message) = refusal(&sheared_chain(0.01, 100.0));
     assert!(key.starts_with("bonds.") && key.ends_with(".stiffness"), "{key}");
     assert!(message.contains("together") && message.contains("unstable over"), "{message}");

@@ -12,6 +12,7 @@ mod fixed;
 mod flow;
 mod fluid;
 mod forces;
+mod implicit_bonds;
 mod motion;
 mod moving_walls;
 mod orientation;

@@ -78,7 +78,7 @@ pub fn agrees_on_device(scene: &Scene, name: &str, bounds: [f64; 2]) {
 }
 
 /// The run, resumed from its own state after half of its steps.
-fn in_two_parts(scene: &Scene, compute: &Compute) -> State {
+pub fn in_two_parts(scene: &Scene, compute: &Compute) -> State {
     let mut first = Simulation::builder(scene.clone()).on(compute).build().unwrap();
     for _ in 0..scene.time.steps() / 2 {
         first.step().unwrap();

@@ -59,10 +59,7 @@ impl<const D: usize, T: Team> RetryBackend for Cpu<D, T> {
                 let over = self.trial.overlapping.iter().filter(|near| near.found.separation < -tolerance);
                 over.flat_map(|near| near.pair).collect()
             }
-            Crowd::Pressed => {
-                let pressed = self.rows.problem.pair.iter().zip(&self.rows.gamma).filter(|(_, gamma)| **gamma > 0.0);
-                pressed.flat_map(|(pair, _)| *pair).collect()
-            }
+            Crowd::Pressed => self.rows.pushing_rows().flat_map(|(pair, _)| *pair).collect(),
         };
         let before: HashSet<u64> = self.state.bodies.lineage.iter().map(|line| line.id).collect();
         let mother = |line: &crate::bodies::Lineage| match line.parent {

@@ -9,6 +9,7 @@
 //! bodies.
 
 mod again;
+mod bonds;
 #[cfg(feature = "mpi")]
 pub(crate) mod domain;
 pub(super) mod first;
@@ -151,13 +152,14 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         warm
     }
 
-    /// Begins a piece of a step with this process's bodies.
-    fn begin_with(&mut self, taken: (Piece, Waiting)) -> Result<(), Fault> {
+    /// Begins a piece of a step with this process's bodies. `leads`: whether it may use the last velocities.
+    fn begin_with(&mut self, taken: (Piece, Waiting), leads: bool) -> Result<(), Fault> {
         let Cpu { setup, state, start, pairs, stick, solve, team, .. } = self;
         team.begin(setup, start, state, taken);
         start.grow(setup);
         let LocalProblem { places, portion, warm } = team.distribute(setup, start, state);
         start.settle(setup)?;
+        start.hold(setup, leads);
         pairs.remember(&warm);
         *stick = Stick::of(setup, start, &warm);
         solve.begin(places, portion);
@@ -171,6 +173,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     fn set_trial(&mut self) -> Result<(), Fault> {
         let Cpu { start, motions, rows, trial, team, .. } = self;
         trial.set_scaled(rows);
+        rows.velocity_of_bonds(&mut trial.bonded);
         team.exchange(&mut trial.scaled);
         let own = trial.set(motions, start);
         match self.team.first_trouble(own) {
@@ -205,8 +208,10 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     fn append_first(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         self.check_periods()?;
+        let bonds = self.first_bonds();
         let Cpu { setup, start, motions, first, pairs, stick, rows, candidates, team, phases, .. } = self;
         rows.clear(start.bodies.len(), setup.walls.len(), stick.is_some());
+        rows.replace_bonds(bonds);
         let margin = |i: usize| 0.5 * setup.cutoff + motions.reach[i].either;
         let boxes = boxes(&start.bodies_at_loads().shape, |i| first.pose(i), margin);
         let candidates = team.candidates(candidates, &boxes)?;
@@ -219,6 +224,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             RowSource::SubSpheres { .. } => stages.of_sub_spheres(candidates, first, pairs),
         };
         first.overlap = team.max(first.overlap);
+        if !start.held_bonds.is_empty() {
+            first.overlap = first.overlap.max(setup.bonds.rigid_stretch(&start.bodies));
+        }
         let making = Making { setup, start, motions, stick: *stick };
         for (near, recalled) in near.iter().zip(recalled) {
             let near = stages.at_end_lengths(*near);

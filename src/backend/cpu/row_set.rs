@@ -1,5 +1,6 @@
-//! The rows of a step, their multipliers, and the warm start for the next step.
+//! The rows of a step, their multipliers, and the warm start for the next step. Those of bonds come first.
 
+use super::bonds::BondRows;
 use super::narrow_phase::Near;
 use super::pairs::Pairs;
 use super::restitution::Bounce;
@@ -46,7 +47,11 @@ pub(super) struct Push {
     pub(super) moved: f64,
 }
 
-/// The LCP of a step with its multipliers. First rows come first, sorted by pair and feature, then those of violations.
+/// The feature of rows of bonds.
+const FEATURE_OF_BONDS: u32 = u32::MAX;
+
+/// The LCP of a step with its multipliers. The rows of bonds come first, then first rows, sorted by pair and feature, then
+/// those of violations.
 #[derive(Clone)]
 pub(super) struct RowSet<const D: usize> {
     pub(super) problem: Problem<D>,
@@ -57,8 +62,14 @@ pub(super) struct RowSet<const D: usize> {
     changed: bool,
     /// Bodies of the step: in pairs of rows the surfaces of walls come after them.
     bodies: usize,
-    /// Whether contacts may have friction. Without it the following lists are empty.
+    /// Whether contacts may have friction.
     frictional: bool,
+    /// Whether rows have cones: contacts may have friction, or there are implicit bonds. Without it the following lists
+    /// are empty.
+    coned: bool,
+    /// The implicit bonds, and how many rows they have.
+    bonds: Vec<BondRows<D>>,
+    bonded: usize,
     acting: Vec<Acting>,
     /// The normal rows of the first contacts.
     first: Vec<u32>,
@@ -75,6 +86,9 @@ impl<const D: usize> RowSet<D> {
             changed: true,
             bodies: 0,
             frictional: false,
+            coned: false,
+            bonds: Vec::new(),
+            bonded: 0,
             acting: Vec::new(),
             first: Vec::new(),
             bounces: Vec::new(),
@@ -83,7 +97,9 @@ impl<const D: usize> RowSet<D> {
 
     pub(super) fn clear(&mut self, bodies: usize, surfaces: usize, frictional: bool) {
         constraint::clear(&mut self.problem, bodies + surfaces);
-        (self.bodies, self.frictional) = (bodies, frictional);
+        (self.bodies, self.frictional, self.coned) = (bodies, frictional, frictional);
+        self.bonds.clear();
+        self.bonded = 0;
         self.feature.clear();
         self.gamma.clear();
         self.acting.clear();
@@ -105,7 +121,7 @@ impl<const D: usize> RowSet<D> {
 
     /// Appends a first contact, as [`RowSet::append`].
     pub(super) fn append_first(&mut self, near: &Near, contact: &Contact<D>, gamma: f64) {
-        if self.frictional {
+        if self.coned {
             self.first.push(self.gamma.len() as u32);
         }
         self.append(near, contact, gamma);
@@ -116,7 +132,7 @@ impl<const D: usize> RowSet<D> {
         let pair = near.pair.map(|number| in_rows(number, self.bodies));
         let mu = contact.sliding.map(|sliding| sliding.mu);
         self.push_row((pair, near.feature), contact.normal, gamma);
-        if self.frictional {
+        if self.coned {
             self.push_cone(mu.map_or(Cone::Ray, Cone::Friction), 0.0, Acting::default());
         }
         if let Some(sliding) = &contact.sliding {
@@ -141,6 +157,68 @@ impl<const D: usize> RowSet<D> {
         self.acting.push(acting);
     }
 
+    /// Replaces the rows of all implicit bonds, whose multipliers they keep; those across bonds start from zero. The
+    /// first ones need a set without rows.
+    pub(super) fn replace_bonds(&mut self, bonds: Vec<BondRows<D>>) {
+        if bonds.is_empty() && self.bonds.is_empty() {
+            return;
+        }
+        let (old, before) = (std::mem::replace(&mut self.bonds, bonds), self.bonded);
+        let kept = self.gamma[..before].to_vec();
+        let lines = || self.bonds.iter().flat_map(|of| of.lines.iter().map(move |line| (of, line)));
+        let mut at = 0;
+        let mut gamma = Vec::new();
+        for (i, of) in self.bonds.iter().enumerate() {
+            let own = old.get(i).map_or(&[][..], |old| &kept[at..at + old.own]);
+            gamma.extend((0..of.lines.len()).map(|line| own.get(line).copied().unwrap_or(0.0)));
+            at += old.get(i).map_or(0, |old| old.lines.len());
+        }
+        let rows = gamma.len();
+        let problem = &mut self.problem;
+        problem.pair.splice(..before, lines().map(|(of, _)| of.pair.map(|body| body as u32)));
+        problem.jacobian.splice(..before, lines().map(|(_, line)| line.row.0));
+        problem.q.splice(..before, lines().map(|(_, line)| line.row.1));
+        problem.cones.splice(..before, std::iter::repeat_n(Cone::Free, rows));
+        problem.compliance.splice(..before, lines().map(|(_, line)| line.compliance));
+        self.feature.splice(..before, std::iter::repeat_n(FEATURE_OF_BONDS, rows));
+        self.acting.splice(..before, std::iter::repeat_n(Acting::default(), rows));
+        self.gamma.splice(..before, gamma);
+        for first in &mut self.first {
+            *first = *first - before as u32 + rows as u32;
+        }
+        (self.bonded, self.coned, self.changed) = (rows, true, true);
+    }
+
+    /// The implicit bonds with their multipliers.
+    pub(super) fn bonds(&self) -> impl Iterator<Item = (&BondRows<D>, &[f64])> {
+        let mut at = 0;
+        self.bonds.iter().map(move |of| {
+            let rows = at..at + of.lines.len();
+            at = rows.end;
+            (of, &self.gamma[rows])
+        })
+    }
+
+    /// `J^T gamma` of the rows of bonds alone; empty where there are none.
+    pub(super) fn velocity_of_bonds(&self, out: &mut Vec<[f64; D]>) {
+        out.clear();
+        if self.bonded == 0 {
+            return;
+        }
+        out.resize(self.problem.bodies, [0.0; D]);
+        let rows = self.problem.pair.iter().zip(&self.problem.jacobian).zip(&self.gamma).take(self.bonded);
+        for ((pair, blocks), gamma) in rows {
+            for (body, block) in pair.iter().zip(blocks) {
+                out[*body as usize].iter_mut().zip(block).for_each(|(v, j)| *v += gamma * j);
+            }
+        }
+    }
+
+    /// Whether a row is the normal row of a contact.
+    fn is_contact(&self, row: usize) -> bool {
+        row >= self.bonded && !self.is_tangent(row)
+    }
+
     /// Whether a row is a tangent row.
     fn is_tangent(&self, row: usize) -> bool {
         self.problem.cones.get(row) == Some(&Cone::Tangent)
@@ -149,8 +227,7 @@ impl<const D: usize> RowSet<D> {
     /// The normal rows that push, and their multipliers.
     pub(super) fn pushing_rows(&self) -> impl Iterator<Item = (&[u32; 2], f64)> {
         let rows = self.problem.pair.iter().zip(&self.gamma).enumerate();
-        rows.filter(|(row, (_, gamma))| **gamma > 0.0 && !self.is_tangent(*row))
-            .map(|(_, (pair, gamma))| (pair, *gamma))
+        rows.filter(|(row, (_, gamma))| **gamma > 0.0 && self.is_contact(*row)).map(|(_, (pair, gamma))| (pair, *gamma))
     }
 
     /// Whether contacts may have friction.
@@ -195,7 +272,7 @@ impl<const D: usize> RowSet<D> {
     /// The normal row of the first contact of a branch.
     fn first_row(&self, pairs: &Pairs, near: &Near) -> Option<usize> {
         let contacts = pairs.get(near.pair).map_or(0..0, |record| record.first_rows());
-        let mut rows = contacts.map(|contact| if self.frictional { self.first[contact] as usize } else { contact });
+        let mut rows = contacts.map(|contact| if self.coned { self.first[contact] as usize } else { contact });
         rows.find(|row| self.feature[*row] == near.feature)
     }
 
@@ -219,7 +296,7 @@ impl<const D: usize> RowSet<D> {
         let pushes = |row: &u32| {
             let at = *row as usize;
             self.gamma[at] > 0.0
-                && !self.is_tangent(at)
+                && self.is_contact(at)
                 && asked(self.problem.pair[at].map(|place| of_rows(place, self.bodies)))
         };
         let mut order: Vec<u32> = (0..self.gamma.len() as u32).filter(pushes).collect();
@@ -243,7 +320,7 @@ impl<const D: usize> RowSet<D> {
 
     /// The branches that overlap where nothing pushes, sorted by pair and feature; each moves by its overlap.
     pub(super) fn overlapping(&self) -> Vec<Push> {
-        let rows = (0..self.problem.q.len()).filter(|row| self.problem.q[*row] < 0.0 && !self.is_tangent(*row));
+        let rows = (0..self.problem.q.len()).filter(|row| self.problem.q[*row] < 0.0 && self.is_contact(*row));
         let push = |row: usize| {
             let pair = self.problem.pair[row].map(|place| of_rows(place, self.bodies));
             Push { pair, feature: self.feature[row], gamma: 0.0, moved: -self.problem.q[row] }
@@ -258,11 +335,14 @@ impl<const D: usize> RowSet<D> {
     /// contact stands where the first of them stood.
     pub(super) fn replace_branches(&mut self, rebuilt: &[NewContact<D>]) {
         let mut done = vec![false; rebuilt.len()];
-        let old = std::mem::replace(self, RowSet { frictional: self.frictional, bodies: self.bodies, ..RowSet::new() });
+        let RowSet { frictional, coned, bodies, .. } = *self;
+        let old = std::mem::replace(self, RowSet { frictional, coned, bodies, ..RowSet::new() });
         self.bounces.clone_from(&old.bounces);
         self.problem.bodies = old.problem.bodies;
+        (self.bonds, self.bonded) = (old.bonds.clone(), old.bonded);
+        (0..old.bonded).for_each(|row| self.copy_row(&old, row));
         let mut first = old.first.iter().peekable();
-        for row in (0..old.gamma.len()).filter(|row| !old.is_tangent(*row)) {
+        for row in (0..old.gamma.len()).filter(|row| old.is_contact(*row)) {
             let is_first = first.next_if_eq(&&(row as u32)).is_some();
             let pair = old.problem.pair[row].map(|place| of_rows(place, self.bodies));
             let key = (pair, old.feature[row]);
@@ -285,15 +365,16 @@ impl<const D: usize> RowSet<D> {
     /// Appends a contact of another set.
     fn copy_contact(&mut self, from: &RowSet<D>, normal: usize) {
         for row in std::iter::once(normal).chain(from.tangents_of(normal)) {
-            let problem = &from.problem;
-            self.push_row(
-                (problem.pair[row], from.feature[row]),
-                (problem.jacobian[row], problem.q[row]),
-                from.gamma[row],
-            );
-            if self.frictional {
-                self.push_cone(problem.cones[row], problem.compliance[row], from.acting[row]);
-            }
+            self.copy_row(from, row);
+        }
+    }
+
+    fn copy_row(&mut self, from: &RowSet<D>, row: usize) {
+        let problem = &from.problem;
+        let of = (problem.pair[row], from.feature[row]);
+        self.push_row(of, (problem.jacobian[row], problem.q[row]), from.gamma[row]);
+        if self.coned {
+            self.push_cone(problem.cones[row], problem.compliance[row], from.acting[row]);
         }
     }
 
@@ -323,7 +404,7 @@ impl<const D: usize> RowSet<D> {
             normal: DVec3::ZERO,
             tangent: self.friction_force(row),
         };
-        let rows = (0..self.gamma.len()).filter(|row| !self.is_tangent(*row));
+        let rows = (0..self.gamma.len()).filter(|row| self.is_contact(*row));
         let mut warm: Vec<Warm> = rows.map(of_row).collect();
         warm.sort_by_key(|w| (w.pair, w.feature));
         warm.dedup_by(|later, first| {

@@ -59,7 +59,7 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
 
     /// Solves from the present multipliers, continuing the last solve if nothing changed.
     pub(super) fn solve(&mut self, rows: &mut RowSet<D>, tolerance: f64) -> Outcome {
-        let frictional = !rows.problem.cones.is_empty();
+        let frictional = rows.is_frictional();
         let is_hard = frictional && self.failures >= MOST_FAILURES;
         let most = if is_hard { ITERATIONS_OF_HARD_ROWS } else { u64::MAX };
         let max_iterations = self.settings.max_iterations.min(most);

@@ -35,8 +35,12 @@ pub struct Start {
     pub(super) middle: Option<Bodies>,
     /// Each body's sub-spheres; empty where rows are of surfaces.
     pub(super) proxies: Vec<Vec<ProxySphere>>,
-    /// Which bonds hold which bodies; none where there are none, or bodies are parted.
+    /// Which bonds hold which bodies, for those that are explicit; none where there are no bonds, or bodies are parted.
     pub(super) bonds: Option<Incidence>,
+    /// The implicit bonds that act, with their bodies.
+    pub(super) held_bonds: Vec<(usize, [usize; 2])>,
+    /// Whether first rows of these may be made where the last velocities lead.
+    pub(super) leads: bool,
     /// Moving walls: at the piece's start, at the end of the present part, and at its middle once that is known.
     walls: Option<[Walls; 3]>,
     /// The rates at which the lengths of a cell that changes do so; none where bodies are parted.
@@ -67,6 +71,8 @@ impl Start {
             middle: None,
             proxies: Vec::new(),
             bonds: None,
+            held_bonds: Vec::new(),
+            leads: false,
             walls: None,
             strained: None,
             held: Vec::new(),

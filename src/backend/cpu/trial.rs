@@ -29,6 +29,8 @@ pub(super) struct Trial<const D: usize> {
     violating: f64,
     /// `J^T gamma`.
     pub(super) scaled: Vec<[f64; D]>,
+    /// The part of it of bonds; empty where there are none.
+    pub(super) bonded: Vec<[f64; D]>,
 }
 
 impl<const D: usize> Trial<D> {
@@ -120,6 +122,7 @@ impl<const D: usize> Trial<D> {
             wall: worst.and_then(|near| Some([near.pair[0] as usize, setup.walls.wall_of(surface_of(near.pair[1])?)])),
             violations: self.overlapping.iter().filter(violates).count(),
             proxy: self.worst_proxy_overlap(setup, start),
+            stretch: 0.0,
         }
     }
 

@@ -6,7 +6,7 @@ use super::friction::Making;
 use super::narrow_phase::Near;
 use super::row_set::{Contact, Push};
 use super::team::Team;
-use crate::dynamics::{self, Motion, Twist, draw};
+use crate::dynamics::{self, Twist, draw};
 use crate::freedom::{PLANAR, SPATIAL, unpack};
 use crate::separation::{Placed, branch};
 use crate::step::{Effect, Loosened, TORN, TwoSided, Wedge};
@@ -69,7 +69,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let free = |number: u32| match surface_of(number) {
             Some(_) => (DVec3::ZERO, 0.0),
             None => {
-                let Twist { linear, angular } = self.motions.motion[number as usize].free;
+                let Twist { linear, angular } = self.driven(number as usize);
                 (linear, angular.length() * self.start.bodies.shape[number as usize].bounding_radius())
             }
         };
@@ -126,7 +126,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
                 effect.energy_allowed += self.energy_of_what_is_undone();
             }
         }
-        for (i, (twist, motion)) in self.trial.twist.iter().zip(&self.motions.motion).enumerate() {
+        for (i, twist) in self.trial.twist.iter().enumerate() {
             if self.start.is_idle(i) {
                 continue;
             }
@@ -140,11 +140,11 @@ impl<const D: usize, T: Team> Cpu<D, T> {
                 && self.stick.is_none()
                 && let Some(axis) = self.start.axis_of_revolution(i)
             {
-                let spun = dt * axis.dot(twist.angular - motion.free.angular).abs();
+                let spun = dt * axis.dot(twist.angular - self.driven(i).angular).abs();
                 effect.axial_spin = effect.axial_spin.max(spun);
             }
             if self.setup.has_inertia {
-                let work = self.work(i, twist, motion);
+                let work = self.work(i, twist);
                 effect.energy += work;
                 effect.energy_allowed += ROUNDING_OF_WORK * work.abs();
             }
@@ -171,9 +171,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         self.branch_of(push, start).map_or(0.0, |near| near.found.separation.max(0.0))
     }
 
-    /// How far contact moves a body's centre.
+    /// How far contact moves a body's centre, beside its free motion and bonds.
     fn moved(&self, i: usize) -> DVec3 {
-        self.start.interval * (self.trial.twist[i].linear - self.motions.motion[i].free.linear)
+        self.start.interval * (self.trial.twist[i].linear - self.driven(i).linear)
     }
 
     fn add_push(&self, effect: &mut Effect, push: &Push, near: &Near, gap: f64) {
@@ -189,7 +189,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         effect.torn += usize::from(apart > self.allowed_gap(near.pair, TORN));
         let bodies = push.pair.map(|number| surface_of(number).is_none().then_some(number as usize));
         let [a, b] = bodies.map(|body| body.map_or(DVec3::ZERO, |i| self.moved(i)));
-        let free = |i: usize| self.start.interval * self.motions.motion[i].free.linear.length();
+        let free = |i: usize| self.start.interval * self.driven(i).linear.length();
         let explained =
             bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap + self.rows.bounced(near);
         let far = (b - a).length() - self.may_move(push.pair, thickness) - explained;
@@ -218,10 +218,15 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     }
 
     /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and without.
-    fn work(&self, i: usize, twist: &Twist, motion: &Motion) -> f64 {
-        let (linear, angular) = unpack::<D>(&self.trial.scaled[i]);
-        let mean_linear = 0.5 * (twist.linear + motion.free.linear);
-        let mean_angular = 0.5 * (twist.angular + motion.free.angular);
+    fn work(&self, i: usize, twist: &Twist) -> f64 {
+        let (motion, driven) = (&self.motions.motion[i], self.driven(i));
+        let mut scaled = self.trial.scaled[i];
+        if let Some(bonded) = self.trial.bonded.get(i) {
+            scaled.iter_mut().zip(bonded).for_each(|(all, of_bonds)| *all -= of_bonds);
+        }
+        let (linear, angular) = unpack::<D>(&scaled);
+        let mean_linear = 0.5 * (twist.linear + driven.linear);
+        let mean_angular = 0.5 * (twist.angular + driven.angular);
         let root = self.start.interval.sqrt();
         let of_turning = motion.factor.rotation.inverse() * mean_angular;
         let turning = if of_turning.is_finite() { of_turning.dot(angular) } else { 0.0 };
@@ -313,8 +318,7 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
 
     fn throws(&self, gap: f64) -> bool {
         let bodies = self.start.bodies.len();
-        let mut pushing = self.rows.problem.pair.iter().zip(&self.rows.gamma).filter(|(_, gamma)| **gamma > 0.0);
-        pushing.any(|(pair, _)| {
+        self.rows.pushing_rows().any(|(pair, _)| {
             let pair = pair.map(|place| of_rows(place, bodies));
             self.may_part(pair) > gap * self.thickness(pair)
         })

@@ -15,7 +15,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         // A step that is taken again was led astray once: its pieces are linearised at their starts.
         let whole = self.next.is_none() && !self.start.parting;
         let taken = self.next.take().unwrap_or((Piece::WHOLE, Waiting::None));
-        self.begin_with(taken)?;
+        self.begin_with(taken, whole)?;
         let Cpu { setup, start, motions, first, candidates, phases, .. } = self;
         candidates.set_periods(start.periods);
         phases.growth += begun.elapsed();
@@ -91,8 +91,9 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         near::join(&mut overlapping, walls::near(start.walls(setup), bodies, |i| trial.placed(start, i), limit));
         let own = trial.set_overlapping(setup, start, overlapping, violating);
         let worst = || trial.worst().map(|near| (near.pair, near.found.separation));
-        let overlap = team.all_overlaps(own, worst, &setup.walls);
-        phases.narrow_phase += begun.elapsed();
+        let mut overlap = team.all_overlaps(own, worst, &setup.walls);
+        overlap.stretch = self.stretch();
+        self.phases.narrow_phase += begun.elapsed();
         Ok(overlap)
     }
 
@@ -121,6 +122,13 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         Ok(())
     }
 
+    fn renew_bonds(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        self.make_bonds_again();
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(())
+    }
+
     fn passed(&mut self) -> Result<Option<Passed>, Fault> {
         let begun = Instant::now();
         let passed = self.find_passed();
@@ -140,6 +148,9 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         trial.arrive(&mut end, &arrived);
         if let Some(incidence) = &start.bonds {
             setup.bonds.find_broken(incidence, &mut end);
+        }
+        if !start.parting {
+            end.add_broken_bonds(setup.overloaded(rows));
         }
         let (bodies, own) = (end.len() as u32, |body: &u32| !start.is_foreign(*body as usize));
         let first = rows.problem.pair.iter().map(|[a, b]| if *b < bodies { *a.min(b) } else { *a });

@@ -91,6 +91,9 @@ impl Device {
         if !model.contact.restitution.is_none() {
             return Err(GpuError::Unsupported { what: "restitution".into() });
         }
+        if model.bonds.first_implicit().is_some() {
+            return Err(GpuError::Unsupported { what: "implicit bonds".into() });
+        }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
             RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),

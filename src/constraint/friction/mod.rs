@@ -24,6 +24,6 @@ mod rows;
 mod settings;
 
 pub use coefficients::Coefficients;
-pub(crate) use rows::{ElasticSlip, Sliding};
+pub(crate) use rows::{ElasticSlip, Sliding, tangents};
 pub(crate) use settings::LARGEST_COEFFICIENT;
 pub use settings::{Friction, GroupFriction, Restitution};

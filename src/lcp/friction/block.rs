@@ -69,6 +69,12 @@ impl Block {
         self.matrix.map(|row| dot(row, x))
     }
 
+    /// The `y` that minimizes the same without a bound, of a free row.
+    #[inline]
+    pub fn descend(&self, x: Triple, g: Triple) -> Triple {
+        [x[0] - self.inverse[0][0] * g[0], 0.0, 0.0]
+    }
+
     /// The `y` in `K` that minimizes `g . (y - x) + (y - x) . B (y - x) / 2`.
     #[inline]
     pub fn minimize(&self, x: Triple, g: Triple) -> Triple {

@@ -145,7 +145,8 @@ impl<'a> Blocks<'a> {
             let mut farthest = 0.0;
             for (u, (unit, block)) in self.units.iter().zip(self.blocks).enumerate().filter(|(_, (unit, _))| unit.live)
             {
-                let (from, to) = (unit.get(y), block.minimize(unit.get(y), rise[u]));
+                let from = unit.get(y);
+                let to = if unit.free { block.descend(from, rise[u]) } else { block.minimize(from, rise[u]) };
                 unit.put(to, y);
                 if sweeps > 1 {
                     let change = plus(to, -1.0, from);

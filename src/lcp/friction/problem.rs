@@ -14,6 +14,8 @@ pub enum Cone {
     Friction(f64),
     /// A tangent row of the normal row before.
     Tangent,
+    /// Any number, of a row alone: it pushes and pulls, so that `q + (A + k) gamma = 0`. A bond.
+    Free,
 }
 
 /// Tangent rows of a contact between bodies with `D` unknowns.

@@ -1,5 +1,5 @@
 //! The vector verbs for rows with friction cones, in f64, on one thread: what a projection on `gamma >= 0` is for rows
-//! alone is one on `K` for the rows of a cone.
+//! alone is one on `K` for the rows of a cone. A free row is not projected.
 //!
 //! Rows are sorted by pair, bodies being numbered by shared rows (`lcp::numbering`), so the units of a pair stand
 //! together, each with its rows in their order. Sums run over all rows in this order.
@@ -86,11 +86,15 @@ impl<const D: usize> Frictional<D> {
             let (count, mu) = match cones[*at as usize] {
                 Cone::Ray => (1, 0.0),
                 Cone::Friction(mu) => (1 + super::tangents::<D>(), mu),
+                Cone::Free => (1, 0.0),
                 Cone::Tangent => continue,
             };
-            let mut unit = Unit::new(row, count, mu);
+            let is_free = cones[*at as usize] == Cone::Free;
+            let mut unit = if is_free { Unit::free(row) } else { Unit::new(row, count, mu) };
             let own = &diagonal[unit.rows()];
-            (unit.live, unit.scale) = (plain[row] > zero, own.iter().sum::<f64>() / count as f64);
+            // A free row with a compliance feels its multiplier in any case.
+            let live = plain[row] > zero || (is_free && self.compliance[row] > 0.0);
+            (unit.live, unit.scale) = (live, own.iter().sum::<f64>() / count as f64);
             unit.most = 1.0 + mu * mu * own[1..].iter().fold(0.0, |largest: f64, s| largest.max(*s)) / own[0];
             let largest = own.iter().fold(0.0, |largest: f64, s| largest.max(*s));
             self.metric.resize(row + count, largest);
@@ -109,7 +113,7 @@ impl<const D: usize> Frictional<D> {
         x.clear();
         x.extend(self.order.iter().map(|row| gamma[*row as usize]));
         for unit in &self.units {
-            unit.put(cone::admit(unit.get(x), unit.mu), x);
+            unit.put(unit.admit(unit.get(x)), x);
         }
     }
 
@@ -137,7 +141,8 @@ impl<const D: usize> Frictional<D> {
     pub fn lower(&mut self, x: &Vec<f64>, to_nothing: bool) -> f64 {
         let g = self.gaps(x);
         let overlap = |(at, unit): (usize, &Unit)| self.follow.offset(at) - unit.get(&g)[0];
-        let worst = self.units.iter().enumerate().map(overlap).fold(0.0, worse);
+        let contacts = self.units.iter().enumerate().filter(|(_, unit)| !unit.free);
+        let worst = contacts.map(overlap).fold(0.0, worse);
         self.follow.lower(&self.units, if to_nothing { None } else { Some(&g) }, &mut self.delta);
         update(&mut self.q, [&self.delta], |q, [delta]| q + delta);
         worst
@@ -251,7 +256,7 @@ impl<const D: usize> Verbs for Frictional<D> {
     }
 
     fn ratio_test(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
-        let room = |unit: &Unit| cone::room(unit.get(x), unit.get(d), unit.mu);
+        let room = |unit: &Unit| unit.room(unit.get(x), unit.get(d));
         self.units.iter().map(room).fold(f64::INFINITY, f64::min)
     }
 
@@ -260,7 +265,7 @@ impl<const D: usize> Verbs for Frictional<D> {
         let (mut law, mut measured) = (0.0, Measured::default());
         for (at, unit) in self.units.iter().enumerate() {
             let (x, g) = (unit.get(x), unit.get(g));
-            let of = |g| cone::residual(x, g, unit.mu, unit.scale);
+            let of = |g| unit.residual(x, g);
             let cones = of(g);
             measured.cones = worse(measured.cones, cones);
             if self.relaxed || self.held || unit.mu == 0.0 {
@@ -304,7 +309,7 @@ impl<const D: usize> Frictional<D> {
     /// Makes points displacements from others.
     fn displace_from(&self, x: &[f64], y: &mut [f64]) {
         for unit in &self.units {
-            unit.put(cone::displacement(unit.get(x), unit.get(y), unit.mu), y);
+            unit.put(unit.displacement(unit.get(x), unit.get(y)), y);
         }
     }
 

@@ -1,13 +1,16 @@
-//! The units of a problem: rows alone, and cones of a normal row and its tangents.
+//! The units of a problem: rows alone, whose multipliers are free or not negative, and cones of a normal row and its
+//! tangents.
 
 use super::cone::{self, Triple};
 
-/// The rows of a cone, or one row alone, which is a cone without tangents and friction.
+/// The rows of a cone, or one row alone, which is a cone without tangents and friction unless its multiplier is free.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unit {
     first: usize,
     count: usize,
     pub mu: f64,
+    /// Whether its multiplier may be any number.
+    pub free: bool,
     /// The mean diagonal entry of `A` of its rows, by which a force becomes a length.
     pub scale: f64,
     /// Whether its normal row feels its multiplier. What does not stays as it is.
@@ -18,7 +21,12 @@ pub(super) struct Unit {
 
 impl Unit {
     pub fn new(first: usize, count: usize, mu: f64) -> Self {
-        Unit { first, count, mu, scale: 0.0, live: false, most: 1.0 }
+        Unit { first, count, mu, free: false, scale: 0.0, live: false, most: 1.0 }
+    }
+
+    /// A row whose multiplier is free.
+    pub fn free(row: usize) -> Self {
+        Unit { free: true, ..Unit::new(row, 1, 0.0) }
     }
 
     /// Its rows.
@@ -51,7 +59,31 @@ impl Unit {
     /// The nearest multipliers.
     #[inline]
     pub fn project(&self, x: Triple) -> Triple {
-        cone::project(x, self.mu)
+        if self.free { x } else { cone::project(x, self.mu) }
+    }
+
+    /// Numbers from elsewhere as multipliers: zeros where one is not finite.
+    pub fn admit(&self, x: Triple) -> Triple {
+        if self.free && x[0].is_finite() { x } else { cone::admit(x, self.mu) }
+    }
+
+    /// `y - x` of two multipliers.
+    #[inline]
+    pub fn displacement(&self, x: Triple, y: Triple) -> Triple {
+        if self.free { [y[0] - x[0], 0.0, 0.0] } else { cone::displacement(x, y, self.mu) }
+    }
+
+    /// The largest `t` for which `x + t d` are multipliers.
+    #[inline]
+    pub fn room(&self, x: Triple, d: Triple) -> f64 {
+        if self.free { f64::INFINITY } else { cone::room(x, d, self.mu) }
+    }
+
+    /// How far multipliers `x` with the gaps and slips `g` are from a solution, a length. A free row has none: what is
+    /// left of it is its gap.
+    #[inline]
+    pub fn residual(&self, x: Triple, g: Triple) -> f64 {
+        if self.free { g[0].abs() } else { cone::residual(x, g, self.mu, self.scale) }
     }
 }
 

@@ -140,8 +140,9 @@ pub struct Chain {
     pub count: u64,
     /// Their shape: a sphere, a spherocylinder, or an ellipsoid.
     pub shape: Shape,
-    /// The stiffness of the bonds, force over distance.
-    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    /// The stiffness of the bonds, force over distance; or `"rigid"`, which is an infinite one in code.
+    #[cfg_attr(feature = "files", serde(with = "crate::dynamics::bonds::stiffness"))]
+    #[cfg_attr(feature = "files", schemars(with = "crate::dynamics::bonds::stiffness::Stiffness"))]
     pub stiffness: f64,
     /// The distance between the surfaces of neighbours in a straight chain: between the tips of rods it is the bonds'
     /// rest length. Without it: a fifth of a body's thickness; then a joint of rods bends by 74 degrees before they

@@ -8,6 +8,7 @@ use super::{MAX_BODIES, number, numbers, positive};
 use crate::bodies::NO_GROUP;
 use crate::digits::{at_most, exact, short};
 use crate::dynamics::{Member, Unstable, instability};
+use crate::fixed::Fixed;
 use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
 
@@ -39,22 +40,37 @@ impl<'a> Roster<'a> {
     }
 }
 
+/// The fixed bodies among those that bonds hold.
+struct Anchors {
+    ids: Vec<u64>,
+    names: Vec<String>,
+    fixed: Fixed,
+}
+
+impl Anchors {
+    /// Whether a body of this group is one.
+    fn hold(&self, body: usize, group: Option<&str>) -> bool {
+        let group = self.names.iter().position(|name| Some(name.as_str()) == group);
+        let group = group.map_or(NO_GROUP, |number| number as u32);
+        self.fixed.holds(self.ids.get(body).copied().unwrap_or(u64::MAX), group)
+    }
+}
+
+/// One more than the largest number of a body that a bond holds.
+fn held(bonds: &[Bond]) -> usize {
+    bonds.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1))
+}
+
 impl Scene {
-    pub(super) fn check_bonds(&self, key: &Key) -> Result<(), SceneError> {
+    pub(super) fn check_bonds(&self, root: &Key) -> Result<(), SceneError> {
+        let key = &root.field("bonds");
         if self.bonds.len() as u64 > MAX_BODIES {
             let message = format!("{} bonds; at most {MAX_BODIES}", self.bonds.len());
             return Err(SceneError::new(FaultKind::TooLarge, key, message));
         }
         let (all, roster) = (self.all_bonds(), self.roster());
-        let held = all.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
-        let known = usize::try_from(self.body_count()).unwrap_or(usize::MAX);
-        let ids: Vec<u64> = self.ids().take(held.min(known)).collect();
-        let (names, fixed) = (self.group_names(), self.fixed());
-        let number = |group: Option<&str>| names.iter().position(|name| Some(name.as_str()) == group);
-        let is_fixed = |body: usize, group: Option<&str>| {
-            let group = number(group).map_or(NO_GROUP, |number| number as u32);
-            fixed.holds(ids.get(body).copied().unwrap_or(u64::MAX), group)
-        };
+        let anchors = self.anchors(held(&all));
+        let is_fixed = |body: usize, group: Option<&str>| anchors.hold(body, group);
         for (i, bond) in self.bonds.iter().enumerate() {
             let key = key.index(i);
             check_numbers(&key, bond)?;
@@ -62,14 +78,10 @@ impl Scene {
             self.check_bond_length(&key.field("length"), bond.length)?;
         }
         self.check_chains(&is_fixed)?;
-        let member = |number: usize| {
-            let Bonded { shape, rotation, group } = *roster.body(number)?;
-            Some(Member { shape, orientation: rotation, fixed: is_fixed(number, group) })
-        };
-        match (0..held).map(member).collect::<Option<Vec<_>>>() {
-            Some(members) => self.check_network(key, &all, &members),
-            None => Ok(()),
+        if let Some(bond) = all.iter().position(|bond| !bond.may_be_explicit()) {
+            self.check_supports(root, &format!("implicit bonds ({})", self.bond_key(key, bond)))?;
         }
+        self.check_network(key)
     }
 
     /// The bonds of chains hold bodies that move and do not grow.
@@ -94,35 +106,66 @@ impl Scene {
         Ok(())
     }
 
-    /// The key of a bond's stiffness: of one of `bonds`, or of a chain's.
-    fn stiffness_key(&self, key: &Key, bond: usize) -> String {
-        let Some(mut after) = bond.checked_sub(self.bonds.len()) else {
-            return key.index(bond).field("stiffness").to_string();
-        };
+    /// The key of a bond: of one of `bonds`, or of its chain.
+    fn bond_key(&self, key: &Key, bond: usize) -> String {
+        let Some(mut after) = bond.checked_sub(self.bonds.len()) else { return key.index(bond).to_string() };
         for (i, rule) in self.generate.iter().enumerate() {
             let Generate::Chain(chain) = rule else { continue };
             let own = bonds_of_chain(chain, 0).len();
             if after < own {
-                return format!("generate.{i}.chain.stiffness");
+                return format!("generate.{i}.chain");
             }
             after -= own;
         }
         key.to_string()
     }
 
-    /// Refuses bonds that a step makes grow, alone or together as those of a chain.
-    fn check_network(&self, key: &Key, all: &[Bond], members: &[Member]) -> Result<(), SceneError> {
-        let (planar, dt) = (self.planar, self.time.dt);
-        let Some(Unstable { bond, longest }) = instability(all, members, &self.dynamics, planar, dt) else {
-            return Ok(());
+    /// Refuses explicit bonds that a step makes grow, alone or together as those of a chain: those that are to be
+    /// explicit, and all where the scene does not support implicit ones.
+    fn check_network(&self, key: &Key) -> Result<(), SceneError> {
+        let refusal = self.refuses_cones();
+        let stays = |bond: &Bond| bond.may_be_explicit() && (bond.implicit.is_some() || refusal.is_some());
+        let Some(Unstable { bond, longest }) = self.unstable_bonds(stays) else { return Ok(()) };
+        let instead = match &refusal {
+            Some(([outer, inner], why)) => format!("; implicit bonds conflict with {outer}.{inner}: {why}"),
+            None => ", or leave out `implicit`".into(),
         };
         let message = format!(
             "is too stiff for time.dt, {dt}: all bonds together are unstable over {longest}, and this one grows most; \
-             shorten time.dt, or lower the stiffness",
-            dt = exact(dt),
+             shorten time.dt, or lower the stiffness{instead}",
+            dt = exact(self.time.dt),
             longest = at_most(longest)
         );
-        Err(SceneError::bad(self.stiffness_key(key, bond), message))
+        Err(SceneError::bad(format!("{}.stiffness", self.bond_key(key, bond)), message))
+    }
+
+    /// Whether explicit steps make some of the bonds grow.
+    fn unstable_bonds(&self, of: impl Fn(&Bond) -> bool) -> Option<Unstable> {
+        let (numbers, bonds): (Vec<usize>, Vec<Bond>) =
+            self.all_bonds().into_iter().enumerate().filter(|(_, bond)| of(bond)).unzip();
+        let (roster, held) = (self.roster(), held(&bonds));
+        let anchors = self.anchors(held);
+        let member = |number: usize| {
+            let Bonded { shape, rotation, group } = *roster.body(number)?;
+            Some(Member { shape, orientation: rotation, fixed: anchors.hold(number, group) })
+        };
+        let members = (0..held).map(member).collect::<Option<Vec<_>>>()?;
+        let unstable = instability(&bonds, &members, &self.dynamics, self.planar, self.time.dt)?;
+        Some(Unstable { bond: numbers[unstable.bond], ..unstable })
+    }
+
+    /// Whether bonds that do not say so are implicit: where they would be unstable as explicit ones.
+    pub(in crate::scene) fn makes_bonds_implicit(&self) -> bool {
+        let open = |bond: &Bond| bond.may_be_explicit() && bond.implicit.is_none();
+        self.all_bonds().iter().any(open)
+            && self.refuses_cones().is_none()
+            && self.unstable_bonds(Bond::may_be_explicit).is_some()
+    }
+
+    /// Which of the first so many bodies are fixed.
+    fn anchors(&self, held: usize) -> Anchors {
+        let known = usize::try_from(self.body_count()).unwrap_or(usize::MAX);
+        Anchors { ids: self.ids().take(held.min(known)).collect(), names: self.group_names(), fixed: self.fixed() }
     }
 
     /// In a planar scene the points of a bond lie in the plane on each body as it is oriented.
@@ -213,7 +256,12 @@ fn check_numbers(key: &Key, bond: &Bond) -> Result<(), SceneError> {
         let list = key.field("at");
         numbers(&list.index(end), at)?;
     }
-    positive(&key.field("stiffness"), bond.stiffness)?;
+    if !bond.is_rigid() {
+        positive(&key.field("stiffness"), bond.stiffness)?;
+    } else if bond.implicit == Some(false) {
+        let message = "conflicts with a rigid bond: only an implicit one is rigid";
+        return Err(SceneError::bad(key.field("implicit"), message));
+    }
     number(&key.field("length"), bond.length)?;
     if bond.length < 0.0 {
         return Err(SceneError::bad(key.field("length"), format!("must not be negative, not {}", exact(bond.length))));

@@ -7,7 +7,7 @@ use super::number;
 use crate::constraint::friction::LARGEST_COEFFICIENT;
 use crate::digits::{exact, short};
 
-/// Solvers that support friction.
+/// Solvers that support friction and implicit bonds.
 const SOLVERS: &str = "\"auto\", \"pair_block_cg\" or \"apgd\"";
 
 impl Scene {
@@ -49,7 +49,10 @@ impl Scene {
                 return Err(SceneError::bad(contact.field("elastic_slip"), message));
             }
         }
-        if self.friction().is_none() { Ok(()) } else { self.check_supported(root) }
+        if self.friction().is_none() {
+            return Ok(());
+        }
+        self.check_supports(root, "friction (contact.friction, walls[].friction)")
     }
 
     /// Coefficients of restitution in range, under the inertial law and with Euler steps.
@@ -74,25 +77,27 @@ impl Scene {
         Ok(())
     }
 
-    /// Refuses settings that do not support friction yet.
-    fn check_supported(&self, root: &Key) -> Result<(), SceneError> {
-        let refused = |[outer, inner]: [&'static str; 2], what: &str| {
-            let message = format!("conflicts with friction (contact.friction, walls[].friction): {what}");
-            Err(SceneError::bad(root.field(outer).field(inner), message))
-        };
+    /// Refuses settings that do not support `what` yet, friction or implicit bonds.
+    pub(super) fn check_supports(&self, root: &Key, what: &str) -> Result<(), SceneError> {
+        let Some(([outer, inner], why)) = self.refuses_cones() else { return Ok(()) };
+        let message = format!("conflicts with {what}: {why}");
+        Err(SceneError::bad(root.field(outer).field(inner), message))
+    }
+
+    /// The key of a setting that does not support multipliers other than those of contact without friction, and what is
+    /// needed.
+    pub(in crate::scene) fn refuses_cones(&self) -> Option<([&'static str; 2], String)> {
         if self.time.stepping == Stepping::Midpoint {
-            return refused(["time", "stepping"], "it needs \"euler\" steps");
+            return Some((["time", "stepping"], "it needs \"euler\" steps".into()));
         }
         if !self.solver.kind.supports_friction() {
-            return refused(["solver", "kind"], &format!("it needs {SOLVERS}"));
+            return Some((["solver", "kind"], format!("it needs {SOLVERS}")));
         }
         if self.contact.on_failure == OnFailure::Continue {
-            return refused(["contact", "on_failure"], "it needs \"stop\"");
+            return Some((["contact", "on_failure"], "it needs \"stop\"".into()));
         }
-        if self.solver.dump.is_some() {
-            return refused(["solver", "dump"], "LCPs over cones cannot be saved");
-        }
-        Ok(())
+        let dumped = self.solver.dump.is_some();
+        dumped.then(|| (["solver", "dump"], "LCPs over cones cannot be saved".into()))
     }
 }
 

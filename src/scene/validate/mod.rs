@@ -74,7 +74,7 @@ impl Scene {
         self.check_contact(&root.field("contact"))?;
         self.check_solver(&root.field("solver"))?;
         self.check_forces(&root.field("forces"))?;
-        self.check_bonds(&root.field("bonds"))?;
+        self.check_bonds(root)?;
         self.check_thermal(root)?;
         self.check_flow(root)?;
         self.check_growth(&root.field("growth"))?;

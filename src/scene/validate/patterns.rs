@@ -86,7 +86,9 @@ impl Scene {
             let message = "has no ends to be bonded at; chains are of spheres, spherocylinders or ellipsoids";
             return Err(SceneError::bad(shape.field(chain.shape.name()), message));
         }
-        positive(&key.field("stiffness"), chain.stiffness)?;
+        if !chain.stiffness.is_infinite() {
+            positive(&key.field("stiffness"), chain.stiffness)?;
+        }
         if let Some(gap) = chain.gap {
             number(&key.field("gap"), gap)?;
             if gap < 0.0 {

@@ -89,6 +89,7 @@ impl Domain {
             wall,
             violations: all.iter().map(|words| words[2] as usize).sum(),
             proxy: own.proxy,
+            stretch: own.stretch,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Whole solves: right values of one step, the law written out, other solvers, counts of iterations.
 
+mod bonds;
 mod closed_forms;
 mod counts;
 mod law;

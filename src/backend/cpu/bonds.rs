@@ -1,0 +1,186 @@
+//! Implicit bonds in a step: their rows, how far these are off at the trial, and which of them break.
+//!
+//! First rows are made where the last velocities lead, so that a bond that turns pulls in its direction at the step's
+//! end to second order; where that is no good, at the start. A trial that is off by more than the overlap tolerance has
+//! all rows made again there. Multipliers start from zero in each step.
+
+use super::Cpu;
+use super::first::First;
+use super::friction::Making;
+use super::row_set::RowSet;
+use super::setup::Setup;
+use super::start::Start;
+use super::team::Team;
+use crate::constraint::bond::{Line, Stretch, lines, own_lines};
+use crate::constraint::{Mover, velocity};
+use crate::dynamics::{self, Pose, Twist};
+use glam::DVec3;
+
+/// First rows are made where the last velocities lead if a bond turns by less than 60 degrees on the way there, and its
+/// length changes by less than a factor of two.
+const LEAST_COSINE: f64 = 0.5;
+const MOST_STRETCHED: f64 = 2.0;
+
+/// A bond with its rows in a step.
+#[derive(Clone, Debug)]
+pub(super) struct BondRows<const D: usize> {
+    pub(super) bond: usize,
+    pub(super) pair: [usize; 2],
+    /// Its rows, those across it last.
+    pub(super) lines: Vec<Line<D>>,
+    /// How many of them are not across it.
+    pub(super) own: usize,
+}
+
+/// What a bond's rows and multipliers do.
+struct Pull<const D: usize> {
+    /// The force on the second body.
+    force: DVec3,
+    /// What it moves the two bodies by in the scaled unknowns.
+    moved: [[f64; D]; 2],
+}
+
+impl<const D: usize> Pull<D> {
+    /// That of some of the rows.
+    fn of(lines: &[Line<D>], gamma: &[f64]) -> Self {
+        let mut pull = Pull { force: DVec3::ZERO, moved: [[0.0; D]; 2] };
+        for (line, gamma) in lines.iter().zip(gamma) {
+            pull.force += *gamma * line.direction;
+            let moved = pull.moved.as_flattened_mut().iter_mut();
+            moved.zip(line.row.0.as_flattened()).for_each(|(moved, j)| *moved += gamma * j);
+        }
+        pull
+    }
+}
+
+impl<const D: usize> BondRows<D> {
+    /// By how much the bond with these rows at the trial, where its bodies have the scaled velocities `at`, is off its
+    /// law, a length: the error of its length, and how far its pull is from one in its present direction. `before` are
+    /// the rows that the multipliers belong to.
+    fn error(&self, before: &BondRows<D>, gamma: &[f64], at: [&[f64; D]; 2]) -> f64 {
+        let along = |line: &Line<D>| {
+            let dot = |j: &[f64; D], v: &[f64; D]| j.iter().zip(v).map(|(j, v)| j * v).sum::<f64>();
+            dot(&line.row.0[0], at[0]) + dot(&line.row.0[1], at[1])
+        };
+        let own = &self.lines[..self.own];
+        let gap = |(line, gamma): (&Line<D>, &f64)| (line.row.1 + along(line) + line.compliance * gamma).abs();
+        let gap = own.iter().zip(gamma).map(gap).fold(0.0, f64::max);
+        let [was, is] = [Pull::of(&before.lines, gamma), Pull::of(own, gamma)];
+        let aside = was.moved.as_flattened().iter().zip(is.moved.as_flattened()).map(|(a, b)| (a - b) * (a - b));
+        let longest = own.iter().map(Line::square).fold(0.0, f64::max);
+        gap.max((aside.sum::<f64>() * longest).sqrt())
+    }
+}
+
+impl Making<'_> {
+    /// The rows of a bond with its bodies in these poses, where the velocities `reached` lead. `tension` is that of the
+    /// last solve.
+    fn bond<const D: usize>(
+        &self,
+        (bond, pair): (usize, [usize; 2]),
+        poses: [Pose; 2],
+        reached: [Twist; 2],
+        tension: f64,
+    ) -> BondRows<D> {
+        let Making { setup, start, motions, .. } = *self;
+        let of = &setup.bonds.list()[bond];
+        let (arms, way) = setup.bonds.between_poses(bond, &start.periods, poses);
+        let stretch = Stretch { arms, way, length: of.length, compliance: of.stiffness.recip(), tension };
+        let mover = |end: usize| Mover { motion: &motions.motion[pair[end]], reached_with: reached[end], axis: None };
+        let lines = lines(&stretch, [mover(0), mover(1)], start.interval);
+        BondRows { bond, pair, lines, own: own_lines::<D>(of.length) }
+    }
+
+    /// The first rows of a bond.
+    fn first_bond<const D: usize>(&self, held: (usize, [usize; 2]), first: &First) -> BondRows<D> {
+        let Making { setup, start, .. } = *self;
+        let (bond, pair) = held;
+        let still = [Twist::default(); 2];
+        let begin = pair.map(|i| start.pose(i));
+        if setup.strain.is_some() && !start.parting {
+            // Where the flow of the cell leads, as contacts.
+            return self.bond(held, pair.map(|i| first.pose(i)), pair.map(|i| first.reached[i]), 0.0);
+        }
+        if start.leads && setup.heat.is_none() {
+            let last = pair.map(|i| if start.is_held(i) { Twist::default() } else { start.bodies.twist(i) });
+            let there = [0, 1].map(|end| dynamics::advance(begin[end], last[end], start.interval));
+            let way = |poses| setup.bonds.between_poses(bond, &start.periods, poses).1;
+            if leads_well(way(begin), way(there)) {
+                return self.bond(held, there, last, 0.0);
+            }
+        }
+        self.bond(held, begin, still, 0.0)
+    }
+}
+
+/// Whether rows may be made where a bond is `there`.
+fn leads_well(begin: DVec3, there: DVec3) -> bool {
+    let (from, to) = (begin.length(), there.length());
+    begin.dot(there) >= LEAST_COSINE * from * to && to <= MOST_STRETCHED * from && from <= MOST_STRETCHED * to
+}
+
+impl Start {
+    /// Whether the step that begins may use the last velocities, and which implicit bonds act in it.
+    pub(super) fn hold(&mut self, setup: &Setup, leads: bool) {
+        self.leads = leads;
+        self.held_bonds = setup.bonds.implicit(&self.bodies, self.parting);
+    }
+}
+
+impl<const D: usize, T: Team> Cpu<D, T> {
+    /// The first rows of all implicit bonds.
+    pub(super) fn first_bonds(&self) -> Vec<BondRows<D>> {
+        let Cpu { setup, start, motions, first, stick, .. } = self;
+        let making = Making { setup, start, motions, stick: *stick };
+        start.held_bonds.iter().map(|held| making.first_bond(*held, first)).collect()
+    }
+
+    /// Their rows at the trial.
+    fn bonds_at_trial(&self) -> Vec<BondRows<D>> {
+        let Cpu { setup, start, motions, stick, rows, trial, .. } = self;
+        let making = Making { setup, start, motions, stick: *stick };
+        let again = |(of, gamma): (&BondRows<D>, &[f64])| {
+            let BondRows { bond, pair, own, .. } = *of;
+            let tension = if own == 1 { (-gamma[0]).max(0.0) } else { 0.0 };
+            making.bond((bond, pair), pair.map(|i| trial.poses[i]), pair.map(|i| trial.twist[i]), tension)
+        };
+        rows.bonds().map(again).collect()
+    }
+
+    /// By how much the worst implicit bond is off at the trial, a length.
+    pub(super) fn stretch(&self) -> f64 {
+        let scaled = &self.trial.scaled;
+        let there = self.bonds_at_trial();
+        let error = |(there, (of, gamma)): (&BondRows<D>, (&BondRows<D>, &[f64]))| {
+            there.error(of, gamma, of.pair.map(|i| &scaled[i]))
+        };
+        // Not a number is as bad as can be.
+        let worse = |worst: f64, error: f64| if error.is_nan() { f64::INFINITY } else { worst.max(error) };
+        there.iter().zip(self.rows.bonds()).map(error).fold(0.0, worse)
+    }
+
+    /// Makes the rows of all implicit bonds again at the trial.
+    pub(super) fn make_bonds_again(&mut self) {
+        let there = self.bonds_at_trial();
+        self.rows.replace_bonds(there);
+    }
+
+    /// The velocity of a body as its free motion and bonds have it, without contact.
+    pub(super) fn driven(&self, i: usize) -> Twist {
+        let motion = &self.motions.motion[i];
+        self.trial.bonded.get(i).map_or(motion.free, |scaled| velocity(motion, scaled, self.start.interval))
+    }
+}
+
+impl Setup {
+    /// The implicit bonds that end the step with a tension over their strength.
+    pub(super) fn overloaded<const D: usize>(&self, rows: &RowSet<D>) -> Vec<u32> {
+        let breaks = |(of, gamma): &(&BondRows<D>, &[f64])| {
+            let force = Pull::of(&of.lines[..of.own], gamma).force;
+            // A bond of some length may push.
+            let tension = if of.own == 1 { -gamma[0] } else { force.length() };
+            self.bonds.list()[of.bond].break_force.is_some_and(|most| tension > most)
+        };
+        rows.bonds().filter(breaks).map(|(of, _)| of.bond as u32).collect()
+    }
+}

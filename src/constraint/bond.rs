@@ -1,0 +1,94 @@
+//! The rows of an implicit bond.
+//!
+//! A bond of stiffness `k` and length `l` between the points `x_a` and `x_b` has the row
+//!
+//! ```text
+//! g = |d| - l + gamma / k = 0,   d = x_b - x_a at the step's end
+//! ```
+//!
+//! whose multiplier is free: `gamma` is a force under every law, positive where the bond pushes, so that the compliance
+//! is `1 / k`, and zero for a rigid bond. The row is affine as every row: made at `C_j`, it has the direction of `d`
+//! there. A bond of length 0 has a row an axis of space, `d_i + gamma_i / k = 0`, which are a ball joint where it is
+//! rigid.
+//!
+//! The step is implicit Euler's: a row is made again at the trial until its gap and its direction are those of the
+//! step's end. As a tense bond turns, so does its pull. Where that moves the points by more than what they have turned
+//! by, making rows anew would not converge; the bond then has rows across it too, `t . d + gamma_t |d| / T = 0` with
+//! the tension `T` of the last solve. These are the geometric stiffness of Newton's method: at its limit they are
+//! solved with `gamma_t = 0`.
+
+use super::friction::tangents;
+use super::{Mover, Row, row};
+use crate::freedom::PLANAR;
+use crate::separation::Separation;
+use glam::DVec3;
+
+/// A bond has rows across it where its tension would move its points by this part of what they turn aside.
+const TURNS_BACK: f64 = 0.1;
+
+/// The axes of space.
+const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];
+
+/// Where a bond is, and what it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    /// From the centre of each body to its point, space axes.
+    pub arms: [DVec3; 2],
+    /// From the first point to the second.
+    pub way: DVec3,
+    /// The rest length.
+    pub length: f64,
+    /// The inverse of the stiffness.
+    pub compliance: f64,
+    /// The tension of the last solve, at least zero.
+    pub tension: f64,
+}
+
+/// A row whose multiplier is free.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line<const D: usize> {
+    pub row: Row<D>,
+    pub compliance: f64,
+    /// Where the force of a multiplier of 1 on the second body points.
+    pub direction: DVec3,
+}
+
+impl<const D: usize> Line<D> {
+    /// The square of the length of its row: its diagonal entry of the matrix.
+    pub fn square(&self) -> f64 {
+        self.row.0.as_flattened().iter().map(|j| j * j).sum()
+    }
+}
+
+/// How many rows a bond of this length has that are not across it.
+pub(crate) const fn own_lines<const D: usize>(length: f64) -> usize {
+    match (length == 0.0, D == PLANAR) {
+        (false, _) => 1,
+        (true, true) => 2,
+        (true, false) => 3,
+    }
+}
+
+/// The rows of a bond, those across it last.
+pub(crate) fn lines<const D: usize>(of: &Stretch, movers: [Mover<'_>; 2], dt: f64) -> Vec<Line<D>> {
+    let [lever_a, lever_b] = of.arms;
+    let line = |direction: DVec3, separation: f64, compliance: f64| {
+        let found = Separation { separation, normal: direction, lever_a, lever_b };
+        Line { row: row(&found, movers, dt), compliance, direction }
+    };
+    if of.length == 0.0 {
+        let axes = AXES.into_iter().take(own_lines::<D>(of.length));
+        return axes.map(|axis| line(axis, axis.dot(of.way), of.compliance)).collect();
+    }
+    let distance = of.way.length();
+    // Two points that are one part along x.
+    let along = if distance > 0.0 { of.way / distance } else { DVec3::X };
+    let own = line(along, distance - of.length, of.compliance);
+    let turns_back = of.tension * own.square() > TURNS_BACK * distance;
+    let mut all = vec![own];
+    if turns_back && distance > 0.0 {
+        let across = tangents::<D>(along).into_iter().take(if D == PLANAR { 1 } else { 2 });
+        all.extend(across.map(|across| line(across, 0.0, distance / of.tension)));
+    }
+    all
+}
