@@ -91,7 +91,8 @@ impl Scene {
 
     /// A warning for crowds with inertia and heat.
     fn cold_crowd(&self) -> Option<String> {
-        let is_crowd = self.thermal.is_some() && self.dynamics.has_inertia() && self.body_count() > 1;
+        let is_elastic = self.contact.restitution.bodies == 1.0;
+        let is_crowd = self.thermal.is_some() && self.dynamics.has_inertia() && self.body_count() > 1 && !is_elastic;
         is_crowd.then(|| {
             "thermal with inertia: contact takes energy, so that bodies that meet are colder than thermal.temperature \
              (docs/motion.md)"

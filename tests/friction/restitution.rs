@@ -118,3 +118,53 @@ fn a_gas_of_elastic_balls_keeps_its_energy_and_its_momentum_and_another_loses_it
     assert!((0.2..0.8).contains(&damped), "{damped}");
     assert!(gas(0.8, 0.5) < damped);
 }
+
+#[test]
+fn an_elastic_ball_bounces_off_a_ceiling_against_gravity_and_drag() {
+    let ceiling = json!([{"half_space": {"normal": [0, 0, -1], "offset": -2}}]);
+    for (restitution, drag) in [(1.0, 0.0), (1.0, 5.0), (0.9, 5.0)] {
+        let thrown = with(ball([0.0, 0.0, 0.0]), "velocity", json!([0, 0, 8]));
+        let mut scene = inertial(0.0, weight(0.0), ceiling.clone(), vec![thrown], [1e-3, 0.2]);
+        scene["contact"]["restitution"] = json!(restitution);
+        if drag > 0.0 {
+            scene["dynamics"]["inertial"]["drag"] = json!(drag);
+        }
+        let mut simulation = start(&scene);
+        let mut last = 8.0;
+        let mut bounced = None;
+        run_on(&mut simulation, |simulation, report| {
+            assert_eq!(report.restitution_dropped, 0);
+            let speed = simulation.state().unwrap().bodies.velocity[0].z;
+            bounced = bounced.or_else(|| (speed < 0.0).then_some(-speed / last));
+            last = speed;
+        });
+        // A step takes some thousandths of the speed.
+        assert_near(bounced.unwrap(), restitution, 1e-2);
+    }
+}
+
+#[test]
+fn elastic_balls_with_heat_keep_their_temperature() {
+    let mut scene = inertial(0.0, json!([]), json!([]), vec![], [0.005, 30.0]);
+    scene["dynamics"]["inertial"] = json!({"density": 1.909_859_317_102_744, "drag": 2.0});
+    scene["thermal"] = json!({"temperature": 1.0});
+    scene["generate"] = json!([{"isotropic": {"count": 50, "shape": {"sphere": {"radius": 0.5}}}}]);
+    scene["periodic"] = json!({"lengths": [5.0, 5.0, 5.0]});
+    scene["contact"] = json!({"restitution": 1.0});
+    let mut simulation = start(&scene);
+    let (mut energies, mut dropped, mut step) = (Vec::new(), 0, 0);
+    run_on(&mut simulation, |simulation, report| {
+        dropped += report.restitution_dropped;
+        step += 1;
+        if step > 600 {
+            let bodies = &simulation.state().unwrap().bodies;
+            energies.push(bodies.velocity.iter().map(|v| v.length_squared()).sum::<f64>() / 150.0);
+        }
+    });
+    let blocks: Vec<f64> = energies.chunks(540).map(|block| block.iter().sum::<f64>() / block.len() as f64).collect();
+    let count = blocks.len() as f64;
+    let mean = blocks.iter().sum::<f64>() / count;
+    let error = (blocks.iter().map(|block| (block - mean).powi(2)).sum::<f64>() / (count * (count - 1.0))).sqrt();
+    println!("temperature {mean} of 1, standard error {error}, restitution dropped in {dropped} of {step} steps");
+    assert!((mean - 1.0).abs() < 3.0 * error + 0.01, "{mean} {error}");
+}

@@ -231,7 +231,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         for (near, recalled) in near.iter().zip(recalled) {
             let near = stages.at_end_lengths(*near);
             let mut contact = making.contact(&near, &first.reached, recalled.tangent);
-            if let Some(bounce) = start.bounce(setup, &near) {
+            if let Some(bounce) = start.bounce(setup, motions, &near) {
                 contact.normal.1 -= bounce.apart;
                 rows.bounces(bounce);
             }
