@@ -322,7 +322,7 @@ impl PySimulation {
         of=None, *, ids=None, position=None, orientation=None, velocity=None, angular_velocity=None, length=None,
         rate=None, division_length=None, group=None, columns=None
     ))]
-    #[expect(clippy::too_many_arguments, reason = "each is an argument by name")]
+    #[allow(clippy::too_many_arguments)]
     fn set<'py>(
         &self,
         py: Python<'py>,
@@ -362,7 +362,7 @@ impl PySimulation {
     /// that bodies of the scene start in. Raises SceneError with the key of the fault.
     fn add<'py>(&self, py: Python<'py>, bodies: &Bound<'py, PyAny>) -> Column<'py, u64> {
         let scene = self.session(py)?.simulation().scene().clone();
-        let change = Change::new().add(bodies_of(bodies, &scene)?);
+        let change = Change::new().add_bodies(bodies_of(bodies, &scene)?);
         Ok(column(py, self.change(py, &change)?))
     }
 
@@ -374,7 +374,7 @@ impl PySimulation {
         }
         let bodies = self.session(py)?.simulation().bodies();
         let (which, _) = which(of, ids, bodies)?;
-        self.change(py, &Change::new().remove(which))?;
+        self.change(py, &Change::new().remove_bodies(which))?;
         Ok(())
     }
 
@@ -478,7 +478,7 @@ impl PySimulation {
 
     /// Restores a simulation from its pickle.
     #[staticmethod]
-    #[expect(clippy::too_many_arguments, reason = "the parts of a pickle")]
+    #[allow(clippy::too_many_arguments)]
     fn _restore(
         py: Python<'_>,
         scene: &PyScene,

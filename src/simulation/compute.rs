@@ -50,6 +50,15 @@ impl Compute {
         })
     }
 
+    /// Whether several processes share the state.
+    pub(super) fn is_shared(&self) -> bool {
+        match self {
+            Compute::Cpu | Compute::Gpu { .. } => false,
+            #[cfg(feature = "mpi")]
+            Compute::Together(_) => true,
+        }
+    }
+
     /// Checks that devices support a scene.
     ///
     /// # Errors
@@ -135,5 +144,12 @@ impl Compute {
             #[cfg(feature = "gpu")]
             Compute::Gpu { gpu, precision } => on_device::wall_contacts(gpu, *precision, (bodies, walls), cutoff),
         }
+    }
+}
+
+#[cfg(feature = "mpi")]
+impl From<Together> for Compute {
+    fn from(together: Together) -> Compute {
+        Compute::Together(together)
     }
 }

@@ -4,7 +4,7 @@
 //! and sends each process its part. It gathers the state when it is requested.
 
 use super::initial_region::InitialRegion;
-use super::{Beginning, Compute, Simulation};
+use super::{Beginning, Simulation};
 use crate::backend::cpu::Cpu;
 use crate::backend::cpu::domain::{LocalState, Part, among, shares};
 use crate::freedom::{PLANAR, SPATIAL};
@@ -163,7 +163,7 @@ impl Together {
         local: Option<LocalState>,
     ) -> Result<Simulation, Fault> {
         let backend = self.backend(&scene, state, local)?;
-        Simulation::begin(Compute::Together(self), scene, beginning, backend)
+        Simulation::begin(self.into(), scene, beginning, backend)
     }
 }
 

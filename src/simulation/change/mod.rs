@@ -15,8 +15,6 @@ mod tests;
 pub use error::ChangeError;
 pub use rules::{Cell, CellState, CellValues, Rules};
 
-#[cfg(feature = "mpi")]
-use super::Compute;
 use super::initial_region::InitialRegion;
 use super::leaving::Leaving;
 use super::{Simulation, check_pairs, parts_first};
@@ -109,7 +107,7 @@ enum Edit {
 /// let up = simulation.state()?.bodies.position[0] + DVec3::new(0.0, 0.1, 0.0);
 /// simulation.change(&Change::new().set(Which::Indices(vec![0]), Values::Position(vec![up])))?;
 /// assert_eq!(simulation.state()?.bodies.position[0], up);
-/// simulation.change(&Change::new().remove(Which::Ids(vec![2])))?;
+/// simulation.change(&Change::new().remove_bodies(Which::Ids(vec![2])))?;
 /// assert_eq!(simulation.bodies(), 2);
 /// simulation.step()?;
 /// # }
@@ -134,13 +132,13 @@ impl Change {
     }
 
     /// Adds bodies after all others, founders that are born now, in groups of the scene.
-    pub fn add(mut self, bodies: Vec<Body>) -> Self {
+    pub fn add_bodies(mut self, bodies: Vec<Body>) -> Self {
         self.edits.push(Edit::Add(bodies));
         self
     }
 
     /// Removes bodies. Bonds that they had are gone.
-    pub fn remove(mut self, which: Which) -> Self {
+    pub fn remove_bodies(mut self, which: Which) -> Self {
         self.edits.push(Edit::Remove(which));
         self
     }
@@ -188,8 +186,7 @@ impl Simulation {
     /// # Errors
     /// [`ChangeError`] names the quantity, the row and the body.
     pub fn change(&mut self, change: &Change) -> Result<Vec<u64>, ChangeError> {
-        #[cfg(feature = "mpi")]
-        if let Compute::Together(_) = self.compute {
+        if self.compute.is_shared() {
             return Err(Fault::Processes("the state of several processes cannot be changed".into()).into());
         }
         let applied = self.applied(change)?;

@@ -107,7 +107,7 @@ fn a_changed_simulation_goes_on_to_the_bits_of_its_saved_state() {
         if !scene.growth.is_empty() {
             change = change.set(some(&[0]), Values::Rate(vec![0.5])).set(some(&[0]), Values::DivisionLength(vec![3.0]));
         } else {
-            change = change.remove(some(&[3, 5]));
+            change = change.remove_bodies(some(&[3, 5]));
         }
         simulation.change(&change).unwrap();
         let mut again = resumed(&simulation);
@@ -175,9 +175,9 @@ fn values_that_are_not_allowed_are_refused_with_argument_and_row() {
         (set(some(&[1]), Values::Column("x".into(), vec![f64::NAN])), "x[0] (body 1, id 1): must be finite"),
         (set(some(&[16]), Values::Length(vec![2.0])), "index 16: there are 16 bodies"),
         (set(some(&[3, 3]), Values::Length(vec![2.0; 2])), "body 3 is named twice"),
-        (Change::new().remove(Which::Ids(vec![99])), "id 99: no body has it now"),
+        (Change::new().remove_bodies(Which::Ids(vec![99])), "id 99: no body has it now"),
         // What comes before a refused edit does not count.
-        (set(some(&[0]), Values::Position(vec![DVec3::ZERO])).remove(some(&[16])), "index 16"),
+        (set(some(&[0]), Values::Position(vec![DVec3::ZERO])).remove_bodies(some(&[16])), "index 16"),
     ];
     for (change, expected) in cases {
         let said = refusal(&mut rods, &change);
@@ -204,16 +204,17 @@ fn bodies_are_added_and_removed() {
     let rod = |x: f64| Body::new(Shape::Spherocylinder { diameter: 0.5, length: 1.0 }, [x, 0.0, 0.0]);
     let mut lying = rod(-5.0);
     (lying.group, lying.axis) = (Some("b".into()), Some([1.0, 0.2, 0.0]));
-    let ids = simulation.change(&Change::new().remove(some(&[0, 7])).add(vec![lying.clone()])).unwrap();
+    let ids = simulation.change(&Change::new().remove_bodies(some(&[0, 7])).add_bodies(vec![lying.clone()])).unwrap();
     let bodies = state(&simulation).bodies;
     assert_eq!((ids, bodies.len(), simulation.bodies()), (vec![16], 15, 15));
     assert_eq!((bodies.group[14], bodies.lineage[14].id, bodies.lineage[14].birth), (1, 16, simulation.time()));
     assert_eq!(bodies.lineage[0].id, 1);
     simulation.step().unwrap();
-    let refuse = |simulation: &mut Simulation, body: Body| match simulation.change(&Change::new().add(vec![body])) {
-        Err(ChangeError::Scene(no)) => (no.key().to_owned(), no.kind(), no.message().to_owned()),
-        other => panic!("{other:?}"),
-    };
+    let refuse =
+        |simulation: &mut Simulation, body: Body| match simulation.change(&Change::new().add_bodies(vec![body])) {
+            Err(ChangeError::Scene(no)) => (no.key().to_owned(), no.kind(), no.message().to_owned()),
+            other => panic!("{other:?}"),
+        };
     let wrong = Body { group: Some("bb".into()), ..lying.clone() };
     let (key, kind, said) = refuse(&mut simulation, wrong);
     assert_eq!((key.as_str(), kind), ("bodies.0.group", FaultKind::BadValue));
@@ -222,9 +223,9 @@ fn bodies_are_added_and_removed() {
     assert_eq!(refuse(&mut simulation, Body { position: [0.0, 0.0, 1.0], ..lying.clone() }).0, "bodies.0.position.2");
     let flat = Body { shape: Shape::Spherocylinder { diameter: 0.5, length: 0.2 }, ..lying };
     assert_eq!(refuse(&mut simulation, flat).0, "bodies.0.shape.spherocylinder.length");
-    simulation.change(&Change::new().remove(Which::All)).unwrap();
+    simulation.change(&Change::new().remove_bodies(Which::All)).unwrap();
     assert_eq!((simulation.bodies(), simulation.done()), (0, true));
-    simulation.change(&Change::new().add(vec![rod_along_x()])).unwrap();
+    simulation.change(&Change::new().add_bodies(vec![rod_along_x()])).unwrap();
     assert!(!simulation.done());
     simulation.step().unwrap();
 }
@@ -240,7 +241,7 @@ fn added_forces_act_on_after_bodies_come() {
     let mut simulation = started(&Scene::load("three-capsules", ["forces=[]", "time.end=10"]).unwrap(), 0);
     simulation.add_force(Box::new(|_: &Bodies, _: usize, _: f64| Load { force: DVec3::X, torque: DVec3::ZERO }));
     let ball = Body::new(Shape::Sphere { radius: 0.1 }, [50.0, 0.0, 0.0]);
-    simulation.change(&Change::new().add(vec![ball])).unwrap();
+    simulation.change(&Change::new().add_bodies(vec![ball])).unwrap();
     simulation.step().unwrap();
     assert!(state(&simulation).bodies.position[3].x > 50.0);
 }
@@ -278,7 +279,7 @@ fn a_change_on_a_device_is_that_on_the_cpu() {
         let own =
             Change::new().set(some(&[0]), Values::Rate(vec![2.0])).set(some(&[0]), Values::DivisionLength(vec![2.7]));
         simulation.change(&own).unwrap();
-        simulation.change(&Change::new().add(vec![rod_along_x()])).unwrap();
+        simulation.change(&Change::new().add_bodies(vec![rod_along_x()])).unwrap();
         (0..20).for_each(|_| assert!(simulation.step().is_ok()));
     }
     let [cpu, device] = both.each_ref().map(state);
