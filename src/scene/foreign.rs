@@ -55,6 +55,9 @@ const NAMES: &[(&[&str], &[&str])] = &[
     (&["active", "self_propulsion", "motility"], &["propulsion"]),
     (&["constant", "field"], &["uniform"]),
     (&["random", "fill"], &["isotropic"]),
+    (&["grid", "crystal", "array"], &["lattice"]),
+    (&["polymer", "filament", "necklace"], &["chain"]),
+    (&["trench", "barrier", "obstacles", "polyline"], &["fence"]),
     (&["stokes", "brownian", "langevin", "viscous"], &["overdamped"]),
     (&["newton", "newtonian", "rigid_body"], &["inertial"]),
 ];

@@ -78,7 +78,7 @@ impl<'a> Walk<'a> {
                         self.occupied.remove_last(&self.capsule(last));
                     }
                 }
-                (tries, back) = (0, 2 * back);
+                (tries, back) = (0, (2 * back).min(self.count));
             }
         }
         self.before += self.count;
@@ -92,6 +92,8 @@ impl<'a> Walk<'a> {
             let planar = self.place.scene.planar;
             let turn = if planar { rotation_in_plane(&mut self.random) } else { rotation(&mut self.random) };
             let direction = turn * DVec3::Z;
+            // Without the rounding of the turn, so that all of the walk is in the plane.
+            let direction = if planar { direction.with_z(0.0).normalize() } else { direction };
             return (start + reach * direction, direction);
         };
         let next = self.bent(*direction);
