@@ -16,11 +16,21 @@ use std::collections::HashMap;
 use std::time::Instant;
 
 /// Scenes that take less than ten seconds each in the profile of the tests.
-const QUICK: [&str; 6] = ["two-ellipsoids", "three-capsules", "chainmail", "filament", "piston", "mother-machine"];
+const QUICK: [&str; 8] =
+    ["two-ellipsoids", "three-capsules", "chainmail", "filament", "piston", "mother-machine", "ladder", "silo"];
 
 /// The others.
-const LONG: [&str; 8] =
-    ["compaction", "colony", "active-nematic", "sedimentation", "two-strains", "swarm", "pile", "drum"];
+const LONG: [&str; 9] = [
+    "compaction",
+    "colony",
+    "active-nematic",
+    "sedimentation",
+    "two-strains",
+    "swarm",
+    "pile",
+    "drum",
+    "rough-channel",
+];
 
 /// A body goes less than this in a step, in lengths of the longest.
 const MOST_MOVE: f64 = 1.0;

@@ -51,6 +51,9 @@ impl BuiltIn {
         "pile": "120 rough ellipsoids fall onto a floor and come to rest in a pile",
         "mother-machine": "cells in eight trenches, whose offspring leave by a channel",
         "drum": "a turning drum takes ellipsoids and balls up its wall by friction",
+        "ladder": "two rods lean on a wall: the steep one stands, the other slides down",
+        "silo": "rough ellipsoids and balls leave a hopper through its outlet",
+        "rough-channel": "rods with friction grow and divide in a channel that is open at both ends",
     };
 
     /// The built-in scene of this name.

@@ -44,9 +44,10 @@ fn pyramid() -> Vec<Value> {
         .collect()
 }
 
+/// What a solve leaves of a slip, 1e-6, adds up to the elastic slip of 1e-4 within some thousand steps.
 #[test]
-fn a_pile_of_ten_balls_rests() {
-    let scene = inertial(0.6, weight(0.0), json!([floor()]), pyramid(), [0.01, 10.0]);
+fn a_pile_of_ten_balls_does_not_collapse_after_thousands_of_steps() {
+    let scene = inertial(0.6, weight(0.0), json!([floor()]), pyramid(), [0.01, 100.0]);
     let mut simulation = start(&scene);
     let before = simulation.state().unwrap().bodies.clone();
     run_on(&mut simulation, |_, _| ());

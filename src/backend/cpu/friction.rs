@@ -9,6 +9,7 @@ use crate::bodies::Bodies;
 use crate::constraint::Mover;
 use crate::constraint::friction::{ElasticSlip, Sliding};
 use crate::dynamics::{self, Twist};
+use crate::lcp::Cone;
 use crate::step::FrictionReport;
 use crate::walls::surface_of;
 use crate::warm::Warm;
@@ -106,9 +107,8 @@ impl<const D: usize> RowSet<D> {
     pub(super) fn find_friction(&self, scaled: &[[f64; D]]) -> Option<FrictionReport> {
         let mut report = self.is_frictional().then(FrictionReport::default)?;
         for cone in self.cones() {
-            let slip = |row: usize| self.problem.value(row, scaled) + self.problem.compliance[row] * self.gamma[row];
             let [force, slid, work] = cone.tangents.clone().fold([0.0, 0.0, 0.0], |[force, slid, work], row| {
-                let (gamma, slip) = (self.gamma[row], slip(row));
+                let (gamma, slip) = (self.gamma[row], self.slip(row, scaled));
                 [force + gamma * gamma, slid + slip * slip, work - gamma * slip]
             });
             report.work += work;
@@ -127,6 +127,30 @@ impl<const D: usize> RowSet<D> {
             }
         }
         Some(report)
+    }
+
+    /// The friction force that the spring of a contact has after the step. A contact that sticks has slipped by what the
+    /// solve left of its slip: its spring takes that up too. Otherwise such slips add up over thousands of steps, which
+    /// wears out what holds a pile.
+    pub(super) fn kept_friction(&self, normal: usize, scaled: &[[f64; D]]) -> DVec3 {
+        let force = self.friction_force(normal);
+        let Some(Cone::Friction(mu)) = self.problem.cones.get(normal) else { return force };
+        let most = mu * self.gamma[normal];
+        if force.length() >= most * (1.0 - AT_THE_LIMIT) {
+            return force;
+        }
+        let taken = |row: usize| {
+            let compliance = self.problem.compliance[row];
+            if compliance > 0.0 { self.slip(row, scaled) / compliance } else { 0.0 }
+        };
+        let tangents = self.tangents_of(normal);
+        let spring = force - tangents.map(|row| taken(row) * self.tangent(row)).sum::<DVec3>();
+        spring.clamp_length_max(most)
+    }
+
+    /// The slip of a tangent row, with what its spring gave way.
+    fn slip(&self, row: usize, scaled: &[[f64; D]]) -> f64 {
+        self.problem.value(row, scaled) + self.problem.compliance[row] * self.gamma[row]
     }
 
     /// The change of the energy in the springs of stick.

@@ -142,7 +142,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
 
     /// The warm start of the next step: for each pair with rows, their multipliers and the last normal.
     fn warm_start(&self) -> Vec<Warm> {
-        let mut warm = self.rows.warm_start(&self.pairs);
+        let mut warm = self.rows.warm_start(&self.pairs, &self.trial.scaled);
         for w in warm.iter_mut().filter(|_| self.start.proxies.is_empty()) {
             if let Some(surface) = surface_of(w.pair[1]) {
                 let placed = self.trial.placed(&self.start, w.pair[0] as usize);

@@ -249,8 +249,13 @@ impl<const D: usize> RowSet<D> {
         self.acting[row].held
     }
 
+    /// The direction of a tangent row.
+    pub(super) fn tangent(&self, row: usize) -> DVec3 {
+        self.acting[row].tangent
+    }
+
     /// The rows after `row` that are of its contact.
-    fn tangents_of(&self, row: usize) -> std::ops::Range<usize> {
+    pub(super) fn tangents_of(&self, row: usize) -> std::ops::Range<usize> {
         let mut end = row + 1;
         while self.is_tangent(end) {
             end += 1;
@@ -259,7 +264,7 @@ impl<const D: usize> RowSet<D> {
     }
 
     /// The friction force that a row's contact exerts on its second body.
-    fn friction_force(&self, row: usize) -> DVec3 {
+    pub(super) fn friction_force(&self, row: usize) -> DVec3 {
         self.tangents_of(row).map(|tangent| self.gamma[tangent] * self.acting[tangent].tangent).sum()
     }
 
@@ -395,14 +400,14 @@ impl<const D: usize> RowSet<D> {
     }
 
     /// The warm start of the next step: for each contact with rows the sum of their multipliers, and the pair's last
-    /// normal.
-    pub(super) fn warm_start(&self, pairs: &Pairs) -> Vec<Warm> {
+    /// normal. `scaled` are the scaled velocities of contact at the trial.
+    pub(super) fn warm_start(&self, pairs: &Pairs, scaled: &[[f64; D]]) -> Vec<Warm> {
         let of_row = |row: usize| Warm {
             pair: self.problem.pair[row].map(|place| of_rows(place, self.bodies)),
             feature: self.feature[row],
             gamma: self.gamma[row],
             normal: DVec3::ZERO,
-            tangent: self.friction_force(row),
+            tangent: self.kept_friction(row, scaled),
         };
         let rows = (0..self.gamma.len()).filter(|row| self.is_contact(*row));
         let mut warm: Vec<Warm> = rows.map(of_row).collect();
