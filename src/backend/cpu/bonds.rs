@@ -73,8 +73,8 @@ impl<const D: usize> BondRows<D> {
 }
 
 impl Making<'_> {
-    /// The rows of a bond with its bodies in these poses, where the velocities `reached` lead. `pull` is the force on the
-    /// second body at the last solve.
+    /// The rows of a bond with its bodies in these poses, where the velocities `reached` lead. `pull` is the force on
+    /// the second body at the last solve.
     fn bond<const D: usize>(
         &self,
         (bond, pair): (usize, [usize; 2]),
