@@ -12,18 +12,23 @@
 //! rigid.
 //!
 //! The step is implicit Euler's: a row is made again at the trial until its gap and its direction are those of the
-//! step's end. As a tense bond turns, so does its pull. Where that moves the points by more than what they have turned
-//! by, making rows anew would not converge; the bond then has rows across it too, `t . d + gamma_t |d| / T = 0` with
-//! the tension `T` of the last solve. These are the geometric stiffness of Newton's method: at its limit they are
-//! solved with `gamma_t = 0`.
+//! step's end. As a tense bond turns, so does its pull, and as a body turns, so do its points. Where that moves the
+//! points by more than what they have turned by, making rows anew would not converge. The bond then has further rows,
+//! the geometric stiffness of Newton's method, with the pull `F` of the last solve; at its limit their multipliers are
+//! zero:
+//!
+//! ```text
+//! t . d + gamma |d| / T = 0              across the bond, with the tension T
+//! t . (w x r) dt + gamma r^2 / F . r = 0     across the arm r of a body's point, on which the pull F acts
+//! ```
 
 use super::friction::tangents;
-use super::{Mover, Row, row};
-use crate::freedom::PLANAR;
+use super::{Mover, Row, row, torque_arm};
+use crate::freedom::{PLANAR, pack};
 use crate::separation::Separation;
 use glam::DVec3;
 
-/// A bond has rows across it where its tension would move its points by this part of what they turn aside.
+/// A bond has further rows where its pull would move its points by this part of what they turn aside.
 const TURNS_BACK: f64 = 0.1;
 
 /// The axes of space.
@@ -40,8 +45,8 @@ pub(crate) struct Stretch {
     pub length: f64,
     /// The inverse of the stiffness.
     pub compliance: f64,
-    /// The tension of the last solve, at least zero.
-    pub tension: f64,
+    /// The force on the second body at the last solve, zero before the first.
+    pub pull: DVec3,
 }
 
 /// A row whose multiplier is free.
@@ -49,7 +54,7 @@ pub(crate) struct Stretch {
 pub(crate) struct Line<const D: usize> {
     pub row: Row<D>,
     pub compliance: f64,
-    /// Where the force of a multiplier of 1 on the second body points.
+    /// Where the force of a multiplier of 1 on the second body points; zero where it is a torque.
     pub direction: DVec3,
 }
 
@@ -60,7 +65,7 @@ impl<const D: usize> Line<D> {
     }
 }
 
-/// How many rows a bond of this length has that are not across it.
+/// How many rows a bond of this length has without the further ones.
 pub(crate) const fn own_lines<const D: usize>(length: f64) -> usize {
     match (length == 0.0, D == PLANAR) {
         (false, _) => 1,
@@ -69,26 +74,56 @@ pub(crate) const fn own_lines<const D: usize>(length: f64) -> usize {
     }
 }
 
-/// The rows of a bond, those across it last.
+/// The rows of a bond, its further ones last.
 pub(crate) fn lines<const D: usize>(of: &Stretch, movers: [Mover<'_>; 2], dt: f64) -> Vec<Line<D>> {
     let [lever_a, lever_b] = of.arms;
     let line = |direction: DVec3, separation: f64, compliance: f64| {
         let found = Separation { separation, normal: direction, lever_a, lever_b };
         Line { row: row(&found, movers, dt), compliance, direction }
     };
+    let mut all = Vec::new();
     if of.length == 0.0 {
         let axes = AXES.into_iter().take(own_lines::<D>(of.length));
-        return axes.map(|axis| line(axis, axis.dot(of.way), of.compliance)).collect();
+        all.extend(axes.map(|axis| line(axis, axis.dot(of.way), of.compliance)));
+    } else {
+        let distance = of.way.length();
+        // Two points that are one part along x.
+        let along = if distance > 0.0 { of.way / distance } else { DVec3::X };
+        let own = line(along, distance - of.length, of.compliance);
+        let tension = -of.pull.dot(along);
+        let turns_back = tension * own.square() > TURNS_BACK * distance;
+        all.push(own);
+        if turns_back && distance > 0.0 {
+            all.extend(across::<D>(along).map(|across| line(across, 0.0, distance / tension)));
+        }
     }
-    let distance = of.way.length();
-    // Two points that are one part along x.
-    let along = if distance > 0.0 { of.way / distance } else { DVec3::X };
-    let own = line(along, distance - of.length, of.compliance);
-    let turns_back = of.tension * own.square() > TURNS_BACK * distance;
-    let mut all = vec![own];
-    if turns_back && distance > 0.0 {
-        let across = tangents::<D>(along).into_iter().take(if D == PLANAR { 1 } else { 2 });
-        all.extend(across.map(|across| line(across, 0.0, distance / of.tension)));
+    for (end, force) in [(0, -of.pull), (1, of.pull)] {
+        let (arm, holds) = (of.arms[end], force.dot(of.arms[end]));
+        if holds > 0.0 {
+            let turns = across::<D>(arm.normalize()).map(|across| turning(end, (arm, across), holds, movers, dt));
+            all.extend(turns.filter(|turn| turn.square() > TURNS_BACK * turn.compliance));
+        }
     }
     all
+}
+
+/// The directions across another.
+fn across<const D: usize>(along: DVec3) -> impl Iterator<Item = DVec3> {
+    tangents::<D>(along).into_iter().take(if D == PLANAR { 1 } else { 2 })
+}
+
+/// The row of the turn of one of the bodies that moves the end of its arm across it.
+fn turning<const D: usize>(
+    end: usize,
+    (arm, across): (DVec3, DVec3),
+    holds: f64,
+    movers: [Mover<'_>; 2],
+    dt: f64,
+) -> Line<D> {
+    let Mover { motion, reached_with, .. } = movers[end];
+    let torque = torque_arm(arm, across, reached_with.angular, dt);
+    let mut jacobian = [[0.0; D]; 2];
+    jacobian[end] = pack::<D>(DVec3::ZERO, dt.sqrt() * (motion.factor.rotation * torque));
+    let to_come = dt * torque.dot(motion.free.angular - reached_with.angular);
+    Line { row: (jacobian, to_come), compliance: arm.length_squared() / holds, direction: DVec3::ZERO }
 }

@@ -81,6 +81,9 @@ fn kind(value: &Value) -> String {
         let kinds = cases.iter().filter(|case| case["type"] != "null").map(kind);
         return kinds.collect::<Vec<_>>().join(" or ");
     }
+    if let Some(word) = value.get("const") {
+        return format!("`{word}`");
+    }
     let types: Vec<&str> = match &value["type"] {
         Value::String(one) => vec![one],
         Value::Array(several) => several.iter().filter_map(Value::as_str).filter(|t| *t != "null").collect(),

@@ -423,10 +423,11 @@ impl Taking<'_> {
             let tried = self.attempt(again, piece)?;
             return self.accept(again, tried);
         }
+        let bonds = tried.overlap.worst <= tolerance && tried.overlap.stretch > tolerance;
         let unresolved = Unresolved {
             step: again.steps() + 1,
-            overlap: tried.overlap.worst,
-            stretch: tried.overlap.stretch,
+            overlap: if bonds { tried.overlap.stretch } else { tried.overlap.worst },
+            bonds,
             pair: tried.report.passed.filter(|_| only_passed).map(|passed| passed.pair).or(tried.overlap.pair),
             moved: tried.report.moved.map(|body| (body, tried.report.largest_move)),
             wall: tried.overlap.wall.filter(|_| !only_passed),

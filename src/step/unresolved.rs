@@ -48,8 +48,8 @@ pub struct Unresolved {
     pub step: u64,
     /// The overlap that its shortest piece would leave, a length.
     pub overlap: f64,
-    /// What an implicit bond would be off by, a length.
-    pub stretch: f64,
+    /// Whether that is no overlap, but what an implicit bond would be off by.
+    pub bonds: bool,
     /// The pair of bodies that overlaps by it, or that went through each other.
     pub pair: Option<[usize; 2]>,
     /// The body and the wall that overlap by it, if they do.
@@ -71,11 +71,11 @@ impl Unresolved {
     pub fn name(&self) -> &'static str {
         match self.broken {
             _ if self.passed => "passed",
+            _ if self.overlap > self.tolerance && self.bonds => "bond",
             _ if self.overlap > self.tolerance => "overlap",
             Some(Guard::Energy) => "energy",
             Some(Guard::Spin) => "spin",
             Some(_) => "thrown",
-            None if self.stretch > self.tolerance => "bond",
             None => "residual",
         }
     }
@@ -101,7 +101,7 @@ impl fmt::Display for Unresolved {
             "bond" => write!(
                 f,
                 "are off what their bonds allow by {}, {} is allowed",
-                beside(self.stretch, *tolerance),
+                beside(*overlap, *tolerance),
                 short(*tolerance)
             ),
             "residual" => {
@@ -128,7 +128,7 @@ mod tests {
         Unresolved {
             step,
             overlap,
-            stretch: 0.0,
+            bonds: false,
             pair,
             wall,
             residual,

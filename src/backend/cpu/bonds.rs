@@ -26,9 +26,9 @@ const MOST_STRETCHED: f64 = 2.0;
 pub(super) struct BondRows<const D: usize> {
     pub(super) bond: usize,
     pub(super) pair: [usize; 2],
-    /// Its rows, those across it last.
+    /// Its rows, the further ones of its geometric stiffness last.
     pub(super) lines: Vec<Line<D>>,
-    /// How many of them are not across it.
+    /// How many of them are its own.
     pub(super) own: usize,
 }
 
@@ -73,19 +73,19 @@ impl<const D: usize> BondRows<D> {
 }
 
 impl Making<'_> {
-    /// The rows of a bond with its bodies in these poses, where the velocities `reached` lead. `tension` is that of the
-    /// last solve.
+    /// The rows of a bond with its bodies in these poses, where the velocities `reached` lead. `pull` is the force on
+    /// the second body at the last solve.
     fn bond<const D: usize>(
         &self,
         (bond, pair): (usize, [usize; 2]),
         poses: [Pose; 2],
         reached: [Twist; 2],
-        tension: f64,
+        pull: DVec3,
     ) -> BondRows<D> {
         let Making { setup, start, motions, .. } = *self;
         let of = &setup.bonds.list()[bond];
         let (arms, way) = setup.bonds.between_poses(bond, &start.periods, poses);
-        let stretch = Stretch { arms, way, length: of.length, compliance: of.stiffness.recip(), tension };
+        let stretch = Stretch { arms, way, length: of.length, compliance: of.stiffness.recip(), pull };
         let mover = |end: usize| Mover { motion: &motions.motion[pair[end]], reached_with: reached[end], axis: None };
         let lines = lines(&stretch, [mover(0), mover(1)], start.interval);
         BondRows { bond, pair, lines, own: own_lines::<D>(of.length) }
@@ -99,17 +99,17 @@ impl Making<'_> {
         let begin = pair.map(|i| start.pose(i));
         if setup.strain.is_some() && !start.parting {
             // Where the flow of the cell leads, as contacts.
-            return self.bond(held, pair.map(|i| first.pose(i)), pair.map(|i| first.reached[i]), 0.0);
+            return self.bond(held, pair.map(|i| first.pose(i)), pair.map(|i| first.reached[i]), DVec3::ZERO);
         }
         if start.leads && setup.heat.is_none() {
             let last = pair.map(|i| if start.is_held(i) { Twist::default() } else { start.bodies.twist(i) });
             let there = [0, 1].map(|end| dynamics::advance(begin[end], last[end], start.interval));
             let way = |poses| setup.bonds.between_poses(bond, &start.periods, poses).1;
             if leads_well(way(begin), way(there)) {
-                return self.bond(held, there, last, 0.0);
+                return self.bond(held, there, last, DVec3::ZERO);
             }
         }
-        self.bond(held, begin, still, 0.0)
+        self.bond(held, begin, still, DVec3::ZERO)
     }
 }
 
@@ -141,8 +141,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let making = Making { setup, start, motions, stick: *stick };
         let again = |(of, gamma): (&BondRows<D>, &[f64])| {
             let BondRows { bond, pair, own, .. } = *of;
-            let tension = if own == 1 { (-gamma[0]).max(0.0) } else { 0.0 };
-            making.bond((bond, pair), pair.map(|i| trial.poses[i]), pair.map(|i| trial.twist[i]), tension)
+            let pull = Pull::of(&of.lines[..own], gamma).force;
+            making.bond((bond, pair), pair.map(|i| trial.poses[i]), pair.map(|i| trial.twist[i]), pull)
         };
         rows.bonds().map(again).collect()
     }

@@ -157,7 +157,7 @@ impl<const D: usize> RowSet<D> {
         self.acting.push(acting);
     }
 
-    /// Replaces the rows of all implicit bonds, whose multipliers they keep; those across bonds start from zero. The
+    /// Replaces the rows of all implicit bonds, whose multipliers they keep; further rows start from zero. The
     /// first ones need a set without rows.
     pub(super) fn replace_bonds(&mut self, bonds: Vec<BondRows<D>>) {
         if bonds.is_empty() && self.bonds.is_empty() {

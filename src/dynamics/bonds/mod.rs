@@ -5,10 +5,10 @@
 //! its body's axes and turns with it, so that the pull is also a torque about the body's centre. In periodic space `d`
 //! leads to that image of the second body whose centre is nearest to the first one's.
 //!
-//! A step takes the loads of explicit bonds where it takes every force, at its start or in its middle: it is stable where
-//! `dt` is short for the stiffness (docs/motion.md). Implicit bonds are rows of the step's LCP instead
-//! ([`crate::constraint`]): their pull is that at its end, and any stiffness is stable. A bond whose tension is over its
-//! `break_force` at a step's end is broken from then on.
+//! A step takes the loads of explicit bonds where it takes every force, at its start or in its middle: it is stable
+//! where `dt` is short for the stiffness (docs/motion.md). Implicit bonds are rows of the step's LCP instead
+//! ([`crate::constraint`]): their pull is that at its end, and any stiffness is stable. A bond whose tension is over
+//! its `break_force` at a step's end is broken from then on.
 
 mod incidence;
 mod network;
@@ -37,9 +37,9 @@ pub struct Bond {
     /// Its stiffness, force over distance; or `"rigid"`, which is an infinite one in code.
     #[cfg_attr(feature = "files", serde(with = "stiffness"), schemars(with = "stiffness::Stiffness"))]
     pub stiffness: f64,
-    /// Whether a step takes its pull at the step's end, where any stiffness is stable, and not at its start. Without it:
-    /// rigid bonds do, and all do where explicit ones would be unstable in steps of `time.dt`. Only on the CPU, with
-    /// `"euler"` steps.
+    /// Whether a step takes its pull at the step's end, where any stiffness is stable, and not at its start. Without
+    /// it: rigid bonds do, and all do where explicit ones would be unstable in steps of `time.dt`. Only on the CPU,
+    /// with `"euler"` steps.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub implicit: Option<bool>,
     /// Its rest length.
