@@ -8,7 +8,7 @@ use relcp::{Scene, Simulation};
 const CELLS: usize = 48;
 
 /// The pressure above which a cell counts as crowded, and how long it takes to switch.
-const CROWDED: f64 = 0.2;
+const CROWDED: f64 = 2.0;
 const PATIENCE: f64 = 0.3;
 
 struct Colony {
@@ -39,7 +39,7 @@ impl Rules for Colony {
 }
 
 fn main() -> Result<(), relcp::Error> {
-    let scene = Scene::load("colony", ["time.dt=0.01", "time.end=20"])?;
+    let scene = Scene::load("colony", ["time.dt=0.01", "time.end=12"])?;
     let dt = scene.time.dt;
     let mut simulation = Simulation::new(scene)?;
     let own = |name: &str| Values::Column(name.into(), vec![0.0]);

@@ -65,7 +65,7 @@ fn some(which: &[usize]) -> Which {
 
 #[test]
 fn writing_what_is_there_changes_no_bit() {
-    let (mut written, plain) = (started(&overdamped(), 5), started(&overdamped(), 5));
+    let (mut written, mut plain) = (started(&overdamped(), 5), started(&overdamped(), 5));
     let before = state(&written);
     let bodies = &before.bodies;
     let change = Change::new()
@@ -76,7 +76,6 @@ fn writing_what_is_there_changes_no_bit() {
     assert!(!before.warm.is_empty());
     written.change(&change).unwrap();
     assert_eq!(state(&written), before);
-    let mut plain = plain;
     (0..5).for_each(|_| assert_eq!(written.step().unwrap().residual, plain.step().unwrap().residual));
     assert_eq!(state(&written), state(&plain));
 }
@@ -339,10 +338,10 @@ mod by_rules {
 
     #[test]
     fn rules_that_change_nothing_keep_every_bit() {
-        struct None;
-        impl Rules for None {}
+        struct Idle;
+        impl Rules for Idle {}
         let mut ruled = Simulation::new(colony()).unwrap();
-        ruled.set_rules(Box::new(None));
+        ruled.set_rules(Box::new(Idle));
         let mut plain = Simulation::new(colony()).unwrap();
         while !plain.done() {
             plain.step().unwrap();
