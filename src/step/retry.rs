@@ -125,7 +125,7 @@ impl Taking<'_> {
         before: &State,
     ) -> Result<Overlap, Fault> {
         if self.plan.parts_first {
-            self.parted(again, 0.0)?;
+            self.parted(again, 0.0, false)?;
         }
         match self.piece(again, Piece::whole(self.plan.span), first) {
             Err(Fault::Unresolved(_)) if self.plan.accepts_the_least_bad() => {
@@ -170,7 +170,7 @@ impl Taking<'_> {
         }
         let births = again.has_births();
         let overlaps = again.start_overlap() > self.plan.contact.overlap_tolerance;
-        if piece.is_whole() && overlaps && !self.report.parted && self.parted(again, 0.0)?.is_some() {
+        if piece.is_whole() && overlaps && !self.report.parted && self.parted(again, 0.0, false)?.is_some() {
             return self.piece(again, piece, None);
         }
         if let Some(overlap) = self.turn_less(again, piece, births)? {
@@ -200,8 +200,9 @@ impl Taking<'_> {
 
     /// Separates bodies that overlap by more than the tolerance, without advancing time, `at` this many `dt` after the
     /// last step. Returns the remaining overlap; none if they cannot be separated, and then they keep their positions.
-    /// Each round starts from the best trial of the last one, with rows made there.
-    fn parted(&mut self, again: &mut dyn RetryBackend, at: f64) -> Result<Option<Overlap>, Fault> {
+    /// Each round starts from the best trial of the last one, with rows made there. `guarded`: no round may throw bodies
+    /// or let them pass each other.
+    fn parted(&mut self, again: &mut dyn RetryBackend, at: f64, guarded: bool) -> Result<Option<Overlap>, Fault> {
         let before = again.state()?.clone();
         let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..self.plan.clone() };
         again.part(true);
@@ -214,7 +215,8 @@ impl Taking<'_> {
             // If rows contradict each other, a trial without overlap may have thrown bodies far apart.
             let depth = again.start_overlap().max(plan.contact.overlap_tolerance);
             let is_within = tried.report.largest_move <= MOST_MOVE_OF_PARTING * depth * again.bodies() as f64;
-            if !is_within {
+            let flies = tried.throws() || tried.report.passed.is_some();
+            if !is_within || (guarded && flies) {
                 break;
             }
             self.report.phases += again.accept()?;
@@ -472,7 +474,7 @@ impl Taking<'_> {
         self.report.phases += again.accept()?;
         // Walls are at their positions at the piece's end. After the last piece the step is over.
         let at = if piece.ends_step() { 0.0 } else { piece.span * (piece.start + piece.length) };
-        let Some(overlap) = self.parted(again, at)? else {
+        let Some(overlap) = self.parted(again, at, true)? else {
             again.restore(&before)?;
             return Ok(None);
         };
