@@ -185,7 +185,7 @@ fn check_lengths(key: &Key, shape: &Shape, lengths: Option<&Lengths>) -> Result<
             return Err(SceneError::bad(key, message));
         }
         let longest = shape.grown(lengths.at(1.0)).unwrap_or(*shape);
-        longest.validate().map_err(|error| SceneError::bad(&key, error.to_string()))?;
+        longest.validate().map_err(|error| SceneError::bad(key, error.to_string()))?;
         least = length;
     }
     Ok(())

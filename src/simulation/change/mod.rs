@@ -9,7 +9,8 @@ mod apply;
 mod error;
 mod limits;
 mod rules;
-#[cfg(all(test, feature = "files"))]
+#[cfg(feature = "files")]
+#[cfg(test)]
 mod tests;
 
 pub use error::ChangeError;
