@@ -125,9 +125,12 @@ impl Branch {
         if !settled.is_empty() {
             return Err(self.refuse(format!("{} cannot change: the state has them already", settled.join(", "))));
         }
+        let time = self.recorded.time;
+        if let Some((wall, why)) = scene.jump_from(&self.before, time) {
+            return Err(self.refuse(format!("walls.{wall} {why}")));
+        }
         scene.follow_defaults(&self.before);
         let (header, mut state) = read_state(&self.source)?;
-        let time = self.recorded.time;
         if scene.time_after(header.step) != time {
             if scene.changes.iter().any(|change| change.set.keys().any(|key| key.starts_with("time"))) {
                 return Err(self.refuse("time.dt cannot differ where `changes` sets it".into()));

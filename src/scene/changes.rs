@@ -7,7 +7,8 @@
 
 use super::error::{FaultKind, SceneError};
 use super::set::Override;
-use super::{Scene, read};
+use super::{Scene, Wall, read};
+use crate::digits::{exact, few};
 use crate::step::Time;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -101,7 +102,30 @@ impl Scene {
         scene.follow_defaults(self);
         scene.time = scene.time.continuing(&self.time, step);
         scene.check_without_changes().map_err(under)?;
+        if let Some((wall, why)) = scene.jump_from(self, self.time.after(step)) {
+            return Err(under(SceneError::bad(format!("walls.{wall}"), why)));
+        }
         Ok(Changed { scene, step, keeps_multipliers: !change.set.keys().any(|key| is_of_contacts(key)) })
+    }
+
+    /// A wall that moves in one of two scenes and would jump if this one followed the other at a time, and by how much.
+    pub(crate) fn jump_from(&self, before: &Scene, time: f64) -> Option<(usize, String)> {
+        let place = |wall: &Wall| wall.moved(time).map_or(wall.reference(), |moved| moved.reference + moved.shift);
+        let moves = |wall: &Wall| wall.motion().is_some();
+        let walls = before.walls.iter().zip(&self.walls).enumerate();
+        let jump = |(number, (from, to)): (usize, (&Wall, &Wall))| {
+            let jump = (place(to) - place(from)).length();
+            let far = jump > ROUNDING * (1.0 + place(from).length());
+            (far && (moves(from) || moves(to))).then(|| {
+                let (jump, time) = (few(jump), exact(time));
+                let why = format!(
+                    "would jump by {jump} at time {time}: its motion counts from time 0; give the new motion a window \
+                     from {time} on, and put the wall where it is then"
+                );
+                (number, why)
+            })
+        };
+        walls.filter_map(jump).next()
     }
 
     /// The scene with other values of keys, but its own bodies, whose list may be long.
@@ -127,6 +151,7 @@ impl Scene {
     }
 
     /// The scene after each of its changes.
+    #[cfg(feature = "gpu")]
     pub(crate) fn changed_scenes(&self) -> impl Iterator<Item = Scene> {
         self.all_changed().map(|changed| changed.scene)
     }
@@ -205,11 +230,27 @@ mod tests {
     }
 
     #[test]
+    fn a_wall_goes_on_from_where_it_is() {
+        let text = r#"{ "name": "ball", "time": { "dt": 0.1, "end": 2 },
+            "bodies": [ { "shape": { "sphere": { "radius": 1 } }, "position": [0, 0, 0] } ],
+            "walls": [ { "half_space": { "normal": [0, 0, 1], "offset": -9, "motion": { "velocity": [0, 0, 1] } } } ],
+            "changes": [ { "at": 1, "set": { "walls.0.half_space.offset": -8,
+                "walls.0.half_space.motion": { "velocity": [0, 0, 2], "window": { "from": 1 } } } } ] }"#;
+        let scene = Scene::parse(text, "ball.json").unwrap();
+        let after = scene.changed(0, 0).unwrap().scene;
+        let height = |scene: &Scene, time| scene.walls[0].moved(time).map(|at| (at.reference + at.shift).z).unwrap();
+        assert!((height(&after, 1.0) - height(&scene, 1.0)).abs() < 1e-12);
+        assert!((height(&after, 1.5) + 7.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn what_cannot_change_is_refused_with_its_key() {
         let parse = |changes: &str| {
             let text = format!(
                 r#"{{ "name": "ball", "time": {{ "dt": 0.1, "end": 2 }},
                 "bodies": [ {{ "shape": {{ "sphere": {{ "radius": 1 }} }}, "position": [0, 0, 0] }} ],
+                "walls": [ {{ "half_space": {{ "normal": [0, 0, 1], "offset": -9,
+                                             "motion": {{ "velocity": [0, 0, 1] }} }} }} ],
                 "changes": {changes} }}"#
             );
             Scene::parse(&text, "ball.json")
@@ -221,6 +262,7 @@ mod tests {
             (r#"[{"at": 1, "set": {"time.dt": -0.1}}]"#, "changes.0.set.time.dt"),
             (r#"[{"at": 1, "set": {"time.dt": "fast"}}]"#, "time.dt"),
             (r#"[{"at": 1, "set": {}}, {"at": 0.5, "set": {}}]"#, "changes.1.at"),
+            (r#"[{"at": 1, "set": {"walls.0.half_space.motion.velocity": [0, 0, 2]}}]"#, "changes.0.set.walls.0"),
             (r#"[{"at": 1, "sets": {}}]"#, "changes.0.sets"),
         ] {
             let refused = parse(changes).unwrap_err();

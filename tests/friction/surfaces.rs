@@ -57,9 +57,10 @@ fn a_turned_ball_turns_another_that_it_is_pressed_to() {
 #[test]
 fn a_turned_scene_moves_as_it_did() {
     let fall = |turn: DQuat| {
+        let orientation = turn * DQuat::from_rotation_x(0.4);
         let ellipsoid = json!({"shape": {"ellipsoid": {"radii": [0.5, 0.7, 1.2]}},
             "position": (turn * DVec3::new(0.0, 0.0, 1.3)).to_array(),
-            "orientation": (|q: DQuat| [q.w, q.x, q.y, q.z])(turn * DQuat::from_rotation_x(0.4)),
+            "orientation": [orientation.w, orientation.x, orientation.y, orientation.z],
             "velocity": (turn * DVec3::new(1.0, 0.5, 0.0)).to_array()});
         let floor = json!([{"half_space": {"normal": (turn * DVec3::Z).to_array(), "offset": 0}}]);
         let pull = json!([{"gravity": {"acceleration": (turn * DVec3::new(0.0, 0.0, -G)).to_array()}}]);
