@@ -104,7 +104,7 @@ impl Branch {
     }
 
     /// A simulation of `scene` that begins with this state: bodies, ancestry, multipliers, the number of steps and with
-    /// it the random streams. [`Run::start_from`] makes a run of it.
+    /// it the random streams. [`Run::start_from`](super::Run::start_from) makes a run of it.
     ///
     /// The scene is that of the other run, with other values of keys. `planar`, `periodic`, `bodies`, `generate`,
     /// `groups` and the bodies of `bonds` must not differ. The new `time.start` is the one with which its steps
