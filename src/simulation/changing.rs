@@ -20,8 +20,7 @@ impl Changing {
     /// step, as in a simulation that came there by itself.
     pub(super) fn start(compute: &Compute, whole: Scene, state: State) -> Result<Simulation, Fault> {
         let refuse = |what: String| Fault::Change { step: state.step, what };
-        #[cfg(feature = "mpi")]
-        if matches!(compute, Compute::Together(_)) {
+        if compute.is_shared() {
             return Err(refuse("a scene with `changes` runs on one process".into()));
         }
         let (mut scene, mut made, mut due) = (whole.clone(), 0, None);
