@@ -2,6 +2,7 @@
 
 use crate::device::{device, precisions};
 use glam::DVec3;
+use relcp::Contact;
 use relcp::bodies::Bodies;
 use relcp::gpu::{GpuError, Precision};
 use relcp::record::read_state;
@@ -22,6 +23,15 @@ fn size(bodies: &Bodies, [a, b]: [usize; 2]) -> f64 {
     bodies.shape[a].bounding_radius() + bodies.shape[b].bounding_radius()
 }
 
+/// Whether the axes of two rods meet, as in the corner of a fence: every direction across both is then a normal.
+fn axes_meet(bodies: &Bodies, near: &Contact) -> bool {
+    let [a, b] = near.bodies.map(|body| bodies.shape[body].thickness());
+    near.separation <= -0.5 * (a + b) * (1.0 - MEETING)
+}
+
+/// A separation that is deepest but for this part is that of axes that meet.
+const MEETING: f64 = 1e-6;
+
 /// Compares both lists. A pair that one of them has and the other not is nearer to the cutoff than the tolerance.
 fn compare(what: &str, (bodies, walls): (&Bodies, &Walls), cutoff: f64, compute: &Compute) -> [usize; 2] {
     let Compute::Gpu { precision, .. } = compute else { panic!("{what}") };
@@ -38,7 +48,9 @@ fn compare(what: &str, (bodies, walls): (&Bodies, &Walls), cutoff: f64, compute:
         let [a, b] = own.points(bodies);
         let along = (b - a).dot(own.normal) - own.separation;
         worst[0] = worst[0].max((own.separation - near.separation).abs() / size);
-        worst[1] = worst[1].max((own.normal - near.normal).length());
+        if !axes_meet(bodies, near) {
+            worst[1] = worst[1].max((own.normal - near.normal).length());
+        }
         worst[2] = worst[2].max(along.abs() / size);
     }
     let unknown = ours.iter().filter(|own| theirs.iter().all(|near| near.bodies != own.bodies));
