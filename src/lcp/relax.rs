@@ -10,8 +10,8 @@
 //! tolerance. Contradictory rows are violated in the least-squares sense, which a smaller `c` changes little. So `c` is
 //! reduced until the violation is allowed, or no longer falls.
 //!
-//! With bonds, whose rows are equations, the same is solved by the iterations of problems with cones: the interior-point
-//! method has no free rows. Their own compliance stays.
+//! With bonds, whose rows are equations, the same is solved by the iterations of problems with cones: the
+//! interior-point method has no free rows. Their own compliance stays.
 //!
 //! With friction the exact law may fail to converge where the convex problem with the corrections held does not, and
 //! normal rows that contradict each other are shown soonest without friction.

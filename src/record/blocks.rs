@@ -14,7 +14,7 @@ use glam::{DQuat, DVec3};
 /// The lengths of bodies at birth; NaN if a body's division rule does not need it.
 const BIRTH_LENGTH: &str = "birth_length";
 
-/// The rates and the division lengths that are a cell's own; NaN of a cell that has none.
+/// The arrays of rates and division lengths of single cells. A cell without a value of its own has NaN.
 const OWN_GROWTH: [&str; 2] = ["own_rate", "own_division_length"];
 
 /// The named columns of bodies, one after the other, in the order of their names in the header.

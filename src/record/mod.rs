@@ -2,7 +2,8 @@
 //!
 //! A [run](crate::run) writes its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
 //! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `measures.csv`,
-//! `lineage.csv` and `lcps/` if the scene requests them. `from.json` names the state of another run that it began with. States are [one container](encode) that numpy opens as `.npz`.
+//! `lineage.csv` and `lcps/` if the scene requests them. `from.json` names the state of another run that it began with.
+//! States are [one container](encode) that numpy opens as `.npz`.
 //!
 //! ```
 //! use relcp::record::{COLUMNS, Folder};

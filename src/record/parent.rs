@@ -3,7 +3,6 @@
 use super::error::RecordError;
 use super::folder::Folder;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// The state of another run that a run began with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,10 +36,6 @@ impl Parent {
             return Ok(None);
         }
         let bytes = std::fs::read(&path).map_err(RecordError::io(&path, "read it"))?;
-        serde_json::from_slice(&bytes).map(Some).map_err(|error| mangled(&path, &error))
+        serde_json::from_slice(&bytes).map(Some).map_err(|error| RecordError::Mangled { path, what: error.to_string() })
     }
-}
-
-fn mangled(path: &Path, error: &serde_json::Error) -> RecordError {
-    RecordError::Mangled { path: path.into(), what: error.to_string() }
 }

@@ -10,6 +10,7 @@ use super::set::Override;
 use super::{Scene, Wall, read};
 use crate::digits::{exact, few};
 use crate::step::Time;
+use glam::DQuat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -111,15 +112,17 @@ impl Scene {
     /// A wall that moves in one of two scenes and would jump if this one followed the other at a time, and by how much.
     pub(crate) fn jump_from(&self, before: &Scene, time: f64) -> Option<(usize, String)> {
         let place = |wall: &Wall| wall.moved(time).map_or(wall.reference(), |moved| moved.reference + moved.shift);
+        let turn = |wall: &Wall| wall.moved(time).and_then(|moved| moved.turn).unwrap_or(DQuat::IDENTITY);
         let moves = |wall: &Wall| wall.motion().is_some();
         let walls = before.walls.iter().zip(&self.walls).enumerate();
         let jump = |(number, (from, to)): (usize, (&Wall, &Wall))| {
             let jump = (place(to) - place(from)).length();
-            let far = jump > ROUNDING * (1.0 + place(from).length());
+            let turned = turn(from).angle_between(turn(to));
+            let far = jump > ROUNDING * (1.0 + place(from).length()) || turned > ROUNDING;
             (far && (moves(from) || moves(to))).then(|| {
-                let (jump, time) = (few(jump), exact(time));
+                let (jump, turned, time) = (few(jump), few(turned), exact(time));
                 let why = format!(
-                    "would jump by {jump} at time {time}: its motion counts from time 0; give the new motion a window \
+                    "would jump by {jump} and {turned} radians at time {time}: its motion counts from time 0; give the new motion a window \
                      from {time} on, and put the wall where it is then"
                 );
                 (number, why)

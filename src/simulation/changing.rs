@@ -16,8 +16,8 @@ pub(super) struct Changing {
 }
 
 impl Changing {
-    /// Starts the simulation of a scene with changes from a state. A change that is due at the state is made by the next
-    /// step, as in a simulation that came there by itself.
+    /// Starts the simulation of a scene with changes from a state. A change that is due at the state is made by the
+    /// next step, as in a simulation that came there by itself.
     pub(super) fn start(compute: &Compute, whole: Scene, state: State) -> Result<Simulation, Fault> {
         let refuse = |what: String| Fault::Change { step: state.step, what };
         if compute.is_shared() {

@@ -200,8 +200,8 @@ impl Taking<'_> {
 
     /// Separates bodies that overlap by more than the tolerance, without advancing time, `at` this many `dt` after the
     /// last step. Returns the remaining overlap; none if they cannot be separated, and then they keep their positions.
-    /// Each round starts from the best trial of the last one, with rows made there. `guarded`: no round may throw bodies
-    /// or let them pass each other.
+    /// Each round starts from the best trial of the last one, with rows made there. `guarded`: no round may throw
+    /// bodies or let them pass each other.
     fn parted(&mut self, again: &mut dyn RetryBackend, at: f64, guarded: bool) -> Result<Option<Overlap>, Fault> {
         let before = again.state()?.clone();
         let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..self.plan.clone() };

@@ -1,7 +1,8 @@
 //! Runs that begin with a state of another run.
 
+use crate::{rows, to_end};
 use relcp::record::{Folder, Parent, RecordError, States};
-use relcp::run::{Branch, Run, RunError, Summary};
+use relcp::run::{Branch, Run, RunError};
 use relcp::{Compute, Scene, Simulation};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,13 +24,6 @@ fn begin(place: &Path, name: &str, scene: Scene) -> Run {
     Run::start(Simulation::new(scene).unwrap(), folder, Duration::ZERO).unwrap()
 }
 
-fn to_end(mut run: Run) -> Summary {
-    while !run.done() {
-        run.advance().unwrap();
-    }
-    run.finish().unwrap()
-}
-
 /// A run to `end` in a folder.
 fn parent(place: &Path, end: f64) -> PathBuf {
     to_end(begin(place, "parent", cells(end)));
@@ -39,12 +33,6 @@ fn parent(place: &Path, end: f64) -> PathBuf {
 fn from(branch: &Branch, scene: Scene, folder: &Path) -> Result<Run, RunError> {
     let (simulation, parent) = branch.simulate(scene, &Compute::Cpu)?;
     Run::start_from(simulation, Folder::create(folder)?, parent, Duration::ZERO)
-}
-
-/// `steps.csv` without its last column, the wall time.
-fn rows(folder: &Path) -> Vec<String> {
-    let text = fs::read_to_string(folder.join("steps.csv")).unwrap();
-    text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Runs whose scene changes keys at given times.
 
+use crate::{rows, to_end};
 use relcp::record::{Folder, States};
-use relcp::run::{Branch, Run, Summary};
+use relcp::run::{Branch, Run};
 use relcp::scene::KeyChange;
 use relcp::{Compute, Scene, Simulation};
 use serde_json::{Value, json};
@@ -19,19 +20,6 @@ fn cells(end: f64, changes: Value) -> Scene {
 fn begin(folder: &Path, scene: Scene) -> Run {
     let folder = Folder::create(folder).unwrap();
     Run::start(Simulation::new(scene).unwrap(), folder, Duration::ZERO).unwrap()
-}
-
-fn to_end(mut run: Run) -> Summary {
-    while !run.done() {
-        run.advance().unwrap();
-    }
-    run.finish().unwrap()
-}
-
-/// A table without its last column.
-fn rows(folder: &Path) -> Vec<String> {
-    let text = fs::read_to_string(folder.join("steps.csv")).unwrap();
-    text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A resumed run writes the files of an uninterrupted run.
 
+use crate::{rows, to_end};
 use glam::DVec3;
 use relcp::dynamics::Load;
 use relcp::measure::{measure, select};
@@ -20,19 +21,6 @@ fn rods_scene(folder: &Path) -> Scene {
     let path = folder.join("rods.json");
     fs::write(&path, include_str!("../data/rods.json")).unwrap();
     Scene::read(&path).unwrap()
-}
-
-fn to_end(mut run: Run) -> Summary {
-    while !run.done() {
-        run.advance().unwrap();
-    }
-    run.finish().unwrap()
-}
-
-/// `steps.csv` without its last column, the wall time.
-fn rows(folder: &Path) -> Vec<String> {
-    let text = fs::read_to_string(folder.join("steps.csv")).unwrap();
-    text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
 }
 
 /// The files that must be equal, and the bits of the states.

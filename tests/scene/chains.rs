@@ -139,7 +139,7 @@ fn walks_keep_inside_of_walls_and_clear_of_earlier_bodies() {
         let half = 0.375 * (bodies.orientation[i] * DVec3::Z);
         assert!([half, -half].iter().all(|half| (bodies.position[i] + *half).length() <= 3.875 + 1e-12));
     }
-    // No room for so long a walk: it is said how far it came.
+    // The walk has no room; the error gives the number of bodies that it placed.
     let tight = json!({"walls": [{"sphere": {"center": [0, 0, 0], "radius": 0.9}}]});
     let error = scene(rods(40, json!({"random_walk": {}})), tight).unwrap().build().unwrap_err();
     assert_eq!((error.kind(), error.key()), (FaultKind::Placement, "generate.0.chain.path.random_walk"));

@@ -18,7 +18,7 @@ fn balls(kind: &str, counts: [u64; 3]) -> Bodies {
     scene(rule, json!({})).unwrap().build().unwrap()
 }
 
-/// Pairs at the spacing; none is nearer.
+/// The number of pairs at the spacing. Asserts that no pair is closer.
 fn neighbours(bodies: &Bodies) -> usize {
     let mut count = 0;
     for a in 0..bodies.len() {

@@ -129,9 +129,9 @@ impl<const D: usize> RowSet<D> {
         Some(report)
     }
 
-    /// The friction force that the spring of a contact has after the step. A contact that sticks has slipped by what the
-    /// solve left of its slip: its spring takes that up too. Otherwise such slips add up over thousands of steps, which
-    /// wears out what holds a pile.
+    /// The friction force that the spring of a contact has after the step. A contact that sticks has slipped by what
+    /// the solve left of its slip: its spring takes that up too. Otherwise such slips add up over thousands of steps,
+    /// which wears out what holds a pile.
     pub(super) fn kept_friction(&self, normal: usize, scaled: &[[f64; D]]) -> DVec3 {
         let force = self.friction_force(normal);
         let Some(Cone::Friction(mu)) = self.problem.cones.get(normal) else { return force };

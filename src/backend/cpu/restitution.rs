@@ -1,8 +1,8 @@
 //! Restitution (Newton's): first contacts that close in the step part with a part of the speed that they came with.
 //!
-//! With the normal velocity `v-` of approach, the gap `Phi` at the step's start and the coefficient `rho`, the offset of
-//! the normal row of a contact with `v- < 0` and `Phi + dt v- <= 0` falls by `Phi + rho dt |v-|`, so that `g >= 0` is
-//! `v+ >= rho |v-|`. `v-` is the velocity of the state at the step's start, or the free one at its end where that
+//! With the normal velocity `v-` of approach, the gap `Phi` at the step's start and the coefficient `rho`, the offset
+//! of the normal row of a contact with `v- < 0` and `Phi + dt v- <= 0` falls by `Phi + rho dt |v-|`, so that `g >= 0`
+//! is `v+ >= rho |v-|`. `v-` is the velocity of the state at the step's start, or the free one at its end where that
 //! approaches more slowly, as against gravity or drag: more than the free velocity would make energy. A body at rest
 //! has `v- = 0`: no threshold of velocity is needed. Brownian bodies have the free velocity, with the step's random
 //! part: contact that turned back another one would take heat. Contacts that are found at trials have none.

@@ -50,8 +50,8 @@ pub(super) struct Push {
 /// The feature of rows of bonds.
 const FEATURE_OF_BONDS: u32 = u32::MAX;
 
-/// The LCP of a step with its multipliers. The rows of bonds come first, then first rows, sorted by pair and feature, then
-/// those of violations.
+/// The LCP of a step with its multipliers. The rows of bonds come first, then first rows, sorted by pair and feature,
+/// then those of violations.
 #[derive(Clone)]
 pub(super) struct RowSet<const D: usize> {
     pub(super) problem: Problem<D>,

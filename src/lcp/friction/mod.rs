@@ -24,8 +24,8 @@
 //!
 //! with `S` the mean diagonal entry of the unit's block and `P_K` the projection.
 //!
-//! A free row ([`Cone::Free`]), a bond, is an equation `q + (A + k) gamma = 0`: it has no projection, and its residual is
-//! `|g|`.
+//! A free row ([`Cone::Free`]), a bond, is an equation `q + (A + k) gamma = 0`: it has no projection, and its residual
+//! is `|g|`.
 //!
 //! The law need not have one solution where nothing gives way: rigid contacts at rest share friction in many ways, and
 //! even the velocities may differ between starts. A start and a solver give the same bits each time.

@@ -79,8 +79,8 @@ impl Unit {
         if self.free { f64::INFINITY } else { cone::room(x, d, self.mu) }
     }
 
-    /// How far multipliers `x` with the gaps and slips `g` are from a solution, a length. A free row has none: what is
-    /// left of it is its gap.
+    /// The residual of the multipliers `x` with the gaps and slips `g`, a length: zero at a solution. That of a free
+    /// row is its gap.
     #[inline]
     pub fn residual(&self, x: Triple, g: Triple) -> f64 {
         if self.free { g[0].abs() } else { cone::residual(x, g, self.mu, self.scale) }

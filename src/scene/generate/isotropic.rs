@@ -86,8 +86,8 @@ impl Order {
     }
 }
 
-/// Places the bodies inside the walls and their region, which is the last of `walls`, without overlap with earlier bodies and their images. `groups` has the group of
-/// each component.
+/// Places the bodies inside the walls and their region, which is the last of `walls`, without overlap with earlier
+/// bodies and their images. `groups` has the group of each component.
 pub(super) fn add(
     order: &Order,
     walls: &Walls,

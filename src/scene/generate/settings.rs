@@ -17,11 +17,12 @@ use serde::{Deserialize, Serialize};
 pub enum Generate {
     /// `count` bodies at random positions and isotropic random orientations, without overlap: wholly inside of
     /// `region`; or in a cube about `center` whose volume is theirs over `volume_fraction`, with centres in the cube
-    /// and ends that may stick out; or, without both keys, anywhere inside of the walls and the periods. Each body keeps clear of the bounding capsules of all earlier ones, so rings do not interlock by chance. In a
-    /// planar scene they are in the square of z = 0 whose area is that of their sections over `volume_fraction`, and
-    /// their axes, body z, lie in uniform directions of the plane, with body x across it, as by `bodies[].angle`. In a
-    /// periodic scene centres are spread over the whole period along each periodic axis, and bodies keep clear of
-    /// images too; where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
+    /// and ends that may stick out; or, without both keys, anywhere inside of the walls and the periods. Each body
+    /// keeps clear of the bounding capsules of all earlier ones, so rings do not interlock by chance. In a planar scene
+    /// they are in the square of z = 0 whose area is that of their sections over `volume_fraction`, and their axes,
+    /// body z, lie in uniform directions of the plane, with body x across it, as by `bodies[].angle`. In a periodic
+    /// scene centres are spread over the whole period along each periodic axis, and bodies keep clear of images too;
+    /// where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
     Isotropic {
         /// Their number.
         #[cfg_attr(feature = "files", schemars(range(min = 1)))]
