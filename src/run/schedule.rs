@@ -66,42 +66,32 @@ impl Schedule {
 mod tests {
     use super::*;
 
+    const PLAIN: Schedule = Schedule { first: 0, start: 0.0, steps: 0, stride: 1, interval: 1.0, offset: 0.0 };
+
     fn due(schedule: Schedule) -> Vec<u64> {
         (0..=schedule.steps).filter(|&step| schedule.state_due(step)).collect()
     }
 
     #[test]
     fn states_fall_on_multiples_and_on_both_ends() {
-        assert_eq!(
-            due(Schedule { first: 0, start: 0.0, steps: 10, stride: 1, interval: 4.0, offset: 0.0 }),
-            [0, 4, 8, 10]
-        );
+        assert_eq!(due(Schedule { steps: 10, interval: 4.0, ..PLAIN }), [0, 4, 8, 10]);
         // 0.3 / 0.1 is under 3 in floating point.
-        assert_eq!(
-            due(Schedule { first: 0, start: 0.0, steps: 7, stride: 1, interval: 0.3 / 0.1, offset: 0.0 }),
-            [0, 3, 6, 7]
-        );
-        assert_eq!(
-            due(Schedule { first: 0, start: 0.0, steps: 6, stride: 1, interval: 2.5, offset: 0.0 }),
-            [0, 3, 5, 6]
-        );
-        assert_eq!(
-            due(Schedule { first: 0, start: 0.0, steps: 3, stride: 1, interval: 0.2, offset: 0.0 }),
-            [0, 1, 2, 3]
-        );
-        assert_eq!(due(Schedule { first: 0, start: 0.0, steps: 0, stride: 1, interval: 0.0, offset: 0.0 }), [0]);
+        assert_eq!(due(Schedule { steps: 7, interval: 0.3 / 0.1, ..PLAIN }), [0, 3, 6, 7]);
+        assert_eq!(due(Schedule { steps: 6, interval: 2.5, ..PLAIN }), [0, 3, 5, 6]);
+        assert_eq!(due(Schedule { steps: 3, interval: 0.2, ..PLAIN }), [0, 1, 2, 3]);
+        assert_eq!(due(Schedule { steps: 0, interval: 0.0, ..PLAIN }), [0]);
     }
 
     #[test]
     fn states_fall_on_multiples_where_other_steps_went_before() {
         // From time 1 on, step 10, in steps of 0.04, every 0.25.
-        let after = Schedule { first: 10, start: 0.0, steps: 35, stride: 1, interval: 6.25, offset: 0.6 / 0.04 };
+        let after = Schedule { first: 10, steps: 35, interval: 6.25, offset: 0.6 / 0.04, ..PLAIN };
         assert_eq!((10..=35).filter(|&step| after.state_due(step)).collect::<Vec<_>>(), [10, 17, 23, 29, 35]);
     }
 
     #[test]
     fn rows_fall_on_the_stride_and_the_last_step() {
-        let schedule = Schedule { first: 0, start: 0.0, steps: 10, stride: 4, interval: 1.0, offset: 0.0 };
+        let schedule = Schedule { steps: 10, stride: 4, interval: 1.0, ..PLAIN };
         assert_eq!((0..=10).filter(|&s| schedule.row_due(s)).collect::<Vec<_>>(), [4, 8, 10]);
         let last: Vec<_> = [0, 3, 4, 9, 10].map(|s| schedule.last_row(s)).into();
         assert_eq!(last, [None, None, Some(4), Some(8), Some(10)]);

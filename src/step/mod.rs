@@ -8,6 +8,7 @@ mod dump;
 mod fault;
 pub(crate) mod keep;
 pub(crate) mod model;
+mod parting;
 pub(crate) mod passing;
 pub(crate) mod piece;
 mod report;
