@@ -14,8 +14,6 @@ pub struct Parent {
     pub step: u64,
     /// Its time.
     pub time: f64,
-    /// When the other run started, or the one that it began with.
-    pub start: f64,
     /// Its [hash](super::state_hash).
     pub state_hash: String,
     /// Whether it had the multipliers of its contacts. If it did, and no key changed, both runs have the same bits on

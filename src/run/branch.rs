@@ -3,8 +3,8 @@
 use super::RunError;
 use crate::digits::exact;
 use crate::record::{Folder, Parent, RecordError, all_differing_keys, read_state, state_hash};
-use crate::scene::Scene;
 use crate::scene::changes::{is_of_contacts, is_settled};
+use crate::scene::{KeyChange, Scene};
 use crate::simulation::{Compute, Simulation};
 use crate::step::State;
 use std::path::{Path, PathBuf};
@@ -50,8 +50,6 @@ pub struct Branch {
     folder: Folder,
     source: PathBuf,
     recorded: Recorded,
-    /// When the other run started, or the one that it began with.
-    start: f64,
     /// The other run's.
     before: Scene,
 }
@@ -65,7 +63,6 @@ impl Branch {
         let folder = Folder::view(path);
         let none = |why: String| RecordError::NoBranch { path: path.into(), why };
         let scene = Scene::read(folder.scene()).map_err(|error| none(error.to_string()))?;
-        let start = Parent::of(&folder)?.map_or(scene.time.start, |parent| parent.start);
         let states = folder.recorded()?.into_iter();
         let mut all: Vec<(Recorded, PathBuf)> = states
             .map(|(step, path)| (Recorded { step, time: scene.time_after(step), is_checkpoint: false }, path))
@@ -85,7 +82,7 @@ impl Branch {
             let asked = exact(time.unwrap_or(f64::NAN));
             return Err(none(format!("its first state is at time {}, after {asked}", exact(first.time))));
         };
-        Ok(Branch { folder, source, recorded, start, before: scene })
+        Ok(Branch { folder, source, recorded, before: scene })
     }
 
     /// The scene of the other run.
@@ -107,8 +104,8 @@ impl Branch {
     /// it the random streams. [`Run::start_from`](super::Run::start_from) makes a run of it.
     ///
     /// The scene is that of the other run, with other values of keys. `planar`, `periodic`, `bodies`, `generate`,
-    /// `groups` and the bodies of `bonds` must not differ. The new `time.start` is the one with which its steps
-    /// continue those of the other run. Where nothing differs and the state has multipliers, the simulation has the
+    /// `groups` and the bodies of `bonds` must not differ. Another `time.dt` becomes one of its `changes`, at the time of
+    /// the state. Where nothing differs and the state has multipliers, the simulation has the
     /// bits of the other one on the CPU.
     ///
     /// # Errors
@@ -131,12 +128,7 @@ impl Branch {
         }
         scene.follow_defaults(&self.before);
         let (header, mut state) = read_state(&self.source)?;
-        if scene.time_after(header.step) != time {
-            if scene.changes.iter().any(|change| change.set.keys().any(|key| key.starts_with("time"))) {
-                return Err(self.refuse("time.dt cannot differ where `changes` sets it".into()));
-            }
-            scene.time.start = time - header.step as f64 * scene.time.dt;
-        }
+        self.change_step_size(scene);
         if scene.time.end < time {
             let end = exact(scene.time.end);
             return Err(self.refuse(format!("time.end, {end}, is before the state's time, {}", exact(time))));
@@ -153,12 +145,20 @@ impl Branch {
             run: self.folder.path().display().to_string(),
             step: header.step,
             time,
-            start: self.start,
             state_hash: state_hash(&state),
             multipliers: header.warm.is_some() && fits,
             changed,
         };
         Ok((state, parent))
+    }
+
+    /// Makes another step size a change at the state's time, so that the steps before keep their times.
+    fn change_step_size(&self, scene: &mut Scene) {
+        let dt = std::mem::replace(&mut scene.time.dt, self.before.time.dt);
+        if dt != scene.time.dt {
+            let made = scene.changes.partition_point(|change| change.at <= self.recorded.time);
+            scene.changes.insert(made, KeyChange::new(self.recorded.time, [("time.dt".into(), dt.into())]));
+        }
     }
 
     fn refuse(&self, why: String) -> RecordError {

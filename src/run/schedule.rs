@@ -26,7 +26,7 @@ pub(super) struct Schedule {
 impl Schedule {
     /// That of a run, which began with its scene's own bodies or with a state of another run.
     pub(super) fn of(simulation: &Simulation, parent: Option<&Parent>) -> Self {
-        let start = parent.map_or(simulation.whole_scene().time.start, |parent| parent.start);
+        let start = simulation.whole_scene().time.start;
         Schedule::new(simulation.scene(), parent.map_or(0, |parent| parent.step), start)
     }
 

@@ -82,14 +82,14 @@ pub(crate) struct Changed {
 }
 
 impl Scene {
-    /// The scene after its change number `index`, if `self` is the scene before it.
+    /// The scene after change number `index` of this one; `before` is the scene before it.
     ///
     /// # Errors
     /// A key that does not exist or cannot change, a value that the scene refuses.
-    pub(crate) fn changed(&self, index: usize, not_before: u64) -> Result<Changed, SceneError> {
+    pub(crate) fn changed(&self, before: &Scene, index: usize, not_before: u64) -> Result<Changed, SceneError> {
         let change = &self.changes[index];
         let named = |key: &str| format!("changes.{index}.set.{key}");
-        let step = self.time.first_at(change.at).max(not_before);
+        let step = before.time.first_at(change.at).max(not_before);
         let mut sets = Vec::new();
         for (key, value) in &change.set {
             if is_settled(key) || OF_RUN.iter().any(|of| is_in(key, of) || is_in(of, key)) {
@@ -99,11 +99,13 @@ impl Scene {
             sets.push(Override::of_value(named(key), key, value.clone())?);
         }
         let under = |fault: SceneError| fault.under(&format!("changes.{index}.set"));
-        let mut scene = self.with_sets(&sets).map_err(under)?;
-        scene.follow_defaults(self);
-        scene.time = scene.time.continuing(&self.time, step);
+        let mut scene = before.with_sets(&sets).map_err(under)?;
+        scene.follow_defaults(before);
+        // As a run of its own, since the start that its steps seem to have may be far off.
+        scene.time.start = self.time.start;
         scene.check_without_changes().map_err(under)?;
-        if let Some((wall, why)) = scene.jump_from(self, self.time.after(step)) {
+        scene.time = scene.time.continuing(&before.time, step);
+        if let Some((wall, why)) = scene.jump_from(before, before.time.after(step)) {
             return Err(under(SceneError::bad(format!("walls.{wall}"), why)));
         }
         Ok(Changed { scene, step, keeps_multipliers: !change.set.keys().any(|key| is_of_contacts(key)) })
@@ -147,8 +149,8 @@ impl Scene {
     fn all_changed(&self) -> impl Iterator<Item = Changed> {
         let mut last: Option<Changed> = None;
         (0..self.changes.len()).map_while(move |index| {
-            let (scene, from) = last.as_ref().map_or((self, 0), |last| (&last.scene, last.step));
-            last = scene.changed(index, from).ok();
+            let (before, from) = last.as_ref().map_or((self, 0), |last| (&last.scene, last.step));
+            last = self.changed(before, index, from).ok();
             last.clone()
         })
     }
@@ -177,7 +179,7 @@ impl Scene {
                 return Err(SceneError::bad(format!("changes.{index}.at"), why));
             }
             last = change.at;
-            let changed = scene.as_ref().unwrap_or(self).changed(index, step)?;
+            let changed = self.changed(scene.as_ref().unwrap_or(self), index, step)?;
             (step, scene) = (changed.step, Some(changed.scene));
         }
         Ok(())
@@ -222,14 +224,22 @@ mod tests {
             "changes": [ { "at": 0.55, "set": { "time.dt": 0.05 } },
                          { "at": 1, "set": { "forces.0.uniform.force": [0, 1, 0], "dynamics.overdamped.drag": 2 } } ] }"#;
         let scene = Scene::parse(text, "ball.json").unwrap();
-        let first = scene.changed(0, 0).unwrap();
+        let first = scene.changed(&scene, 0, 0).unwrap();
         assert_eq!((first.step, first.scene.time.dt), (6, 0.05));
         assert!((first.scene.time.after(6) - 0.6).abs() < 1e-12);
-        let second = first.scene.changed(1, first.step).unwrap();
+        let second = scene.changed(&first.scene, 1, first.step).unwrap();
         assert_eq!(second.step, 14);
         assert_eq!(second.scene.time, first.scene.time);
         assert_eq!(second.scene.bodies, scene.bodies);
         assert_eq!(Scene::parse(&scene.to_json(), "copy").unwrap(), scene);
+    }
+
+    #[test]
+    fn longer_steps_from_a_time_on_are_not_refused_for_the_start_that_they_seem_to_have() {
+        let sets = ["time.end=3", "changes=[{\"at\": 2, \"set\": {\"time.dt\": 0.02}}, {\"at\": 2.5, \"set\": {}}]"];
+        let scene = Scene::load("colony", sets).unwrap();
+        let last = scene.all_changed().last().unwrap().scene;
+        assert!(last.time.start < -30.0, "{:?}", last.time);
     }
 
     #[test]
@@ -240,7 +250,7 @@ mod tests {
             "changes": [ { "at": 1, "set": { "walls.0.half_space.offset": -8,
                 "walls.0.half_space.motion": { "velocity": [0, 0, 2], "window": { "from": 1 } } } } ] }"#;
         let scene = Scene::parse(text, "ball.json").unwrap();
-        let after = scene.changed(0, 0).unwrap().scene;
+        let after = scene.changed(&scene, 0, 0).unwrap().scene;
         let height = |scene: &Scene, time| scene.walls[0].moved(time).map(|at| (at.reference + at.shift).z).unwrap();
         assert!((height(&after, 1.0) - height(&scene, 1.0)).abs() < 1e-12);
         assert!((height(&after, 1.5) + 7.0).abs() < 1e-12);

@@ -28,7 +28,7 @@ impl Changing {
         scene.output.every = scene.output_every();
         let mut from = 0;
         while made < whole.changes.len() {
-            let next = scene.changed(made, from).map_err(|fault| refuse(fault.to_string()))?;
+            let next = whole.changed(&scene, made, from).map_err(|fault| refuse(fault.to_string()))?;
             if next.step >= state.step {
                 due = Some(next.step);
                 break;
@@ -65,7 +65,8 @@ impl Simulation {
         let Some(changing) = &self.changing else { return Ok(()) };
         let (made, step) = (changing.made, self.steps());
         let refuse = |what: String| Fault::Change { step, what };
-        let of = |scene: &Scene, index| scene.changed(index, step).map_err(|fault| refuse(fault.to_string()));
+        let whole = &changing.whole;
+        let of = |scene: &Scene, index| whole.changed(scene, index, step).map_err(|fault| refuse(fault.to_string()));
         let Changed { scene, keeps_multipliers, .. } = of(&self.scene, made)?;
         let due = match made + 1 < scene.changes.len() {
             true => Some(of(&scene, made + 1)?.step),

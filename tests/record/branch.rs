@@ -68,7 +68,8 @@ fn a_run_from_a_state_at_a_time_goes_on_in_time_with_a_changed_step_and_rate() {
     assert!(run.notes()[0].contains("no multipliers"), "{:?}", run.notes());
     assert!((run.simulation().time() - 1.0).abs() < 1e-12);
     let (cells, scene_now) = (run.simulation().bodies(), run.simulation().scene().clone());
-    assert_eq!((scene_now.time.dt, scene_now.time.end), (0.004, 1.4));
+    assert_eq!((scene_now.time.dt, scene_now.time.end), (0.01, 1.4));
+    assert_eq!(scene_now.changes[0].set["time.dt"], 0.004);
     let length = |bodies: &relcp::Bodies| bodies.shape[0].growing_length().unwrap();
     let before = length(&run.simulation().state().unwrap().bodies);
     let summary = to_end(run);
