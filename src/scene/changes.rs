@@ -195,7 +195,12 @@ impl Time {
     /// These steps after the first `step` ones of another, with a start such that the time goes on.
     pub(crate) fn continuing(self, before: &Time, step: u64) -> Time {
         let time = before.after(step);
-        let start = if self.after(step) == time { self.start } else { time - step as f64 * self.dt };
+        // With the same steps the time goes on to the same bits.
+        let start = match self {
+            Time { dt, .. } if dt == before.dt => before.start,
+            same if same.after(step) == time => same.start,
+            other => time - step as f64 * other.dt,
+        };
         Time { start, ..self }
     }
 }
