@@ -91,13 +91,15 @@ fn roughness(bodies: &Bodies) -> f64 {
     bonds.iter().map(|[a, b]| axis(*a).angle_between(axis(*b)).powi(2)).sum::<f64>() / bonds.len() as f64
 }
 
+/// The growth of a chain presses it, by half of the drag and the rate times the square of its half length, 72 here: one
+/// that buckles at less does not stay straight.
 #[test]
 fn bending_stiffness_keeps_a_chain_of_cells_straighter() {
     let rough = |bending: f64| {
         let bond = json!({"stiffness": "rigid", "bending": bending});
         roughness(&run(parse(&founder(&bond, 8.0, true)), &Compute::Cpu).bodies)
     };
-    let [soft, stiff] = [1e-4, 10.0].map(rough);
+    let [soft, stiff] = [1e-4, 1e4].map(rough);
     println!("mean squared angle {soft:.2e} of a soft chain, {stiff:.2e} of a stiff one");
     assert!(stiff < 0.05 * soft, "{soft} {stiff}");
 }
