@@ -4,7 +4,7 @@ mod columns;
 
 pub use columns::{Columns, OwnGrowth};
 
-use crate::motion::Twist;
+use crate::motion::{Pose, Twist};
 use crate::periodic::Periods;
 use crate::separation::{Placed, farthest};
 use crate::shape::Shape;
@@ -194,6 +194,11 @@ impl Bodies {
     /// The distance of the farthest point of a body from the mean of the centres: the radius of a colony.
     pub fn radius(&self) -> f64 {
         self.outermost_from(self.centre())
+    }
+
+    /// Where body `i` is.
+    pub(crate) fn pose(&self, i: usize) -> Pose {
+        Pose { position: self.position[i], orientation: self.orientation[i] }
     }
 
     /// Body `i`'s shape at its pose.

@@ -21,9 +21,13 @@
 //! t . d + gamma |d| / T = 0              across the bond, with the tension T
 //! t . (w x r) dt + gamma r^2 / F . r = 0     across the arm r of a body's point, on which the pull F acts
 //! ```
+//!
+//! The rows of bends and turns are in [`super::turning`].
 
 use super::friction::tangents;
+use super::turning as turns;
 use super::{Mover, Row, row, torque_arm};
+use crate::dynamics::Turn;
 use crate::freedom::{PLANAR, pack};
 use crate::separation::Separation;
 use glam::DVec3;
@@ -35,7 +39,7 @@ const TURNS_BACK: f64 = 0.1;
 const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];
 
 /// Where a bond is, and what it is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Stretch {
     /// From the centre of each body to its point, space axes.
     pub arms: [DVec3; 2],
@@ -43,8 +47,12 @@ pub(crate) struct Stretch {
     pub way: DVec3,
     /// The rest length.
     pub length: f64,
-    /// The inverse of the stiffness.
-    pub compliance: f64,
+    /// The inverse of the stiffness; none where it does not resist its stretch.
+    pub compliance: Option<f64>,
+    /// The turns that it resists.
+    pub turns: Vec<Turn>,
+    /// The length at which their angles count.
+    pub reach: f64,
     /// The force on the second body at the last solve, zero before the first.
     pub pull: DVec3,
 }
@@ -65,46 +73,40 @@ impl<const D: usize> Line<D> {
     }
 }
 
-/// How many rows a bond of this length has without the further ones.
-pub(crate) const fn own_lines<const D: usize>(length: f64) -> usize {
-    match (length == 0.0, D == PLANAR) {
-        (false, _) => 1,
-        (true, true) => 2,
-        (true, false) => 3,
-    }
-}
-
-/// The rows of a bond, its further ones last.
-pub(crate) fn lines<const D: usize>(of: &Stretch, movers: [Mover<'_>; 2], dt: f64) -> Vec<Line<D>> {
+/// The rows of a bond, and how many of them are its own; its further ones are last.
+pub(crate) fn lines<const D: usize>(of: &Stretch, movers: [Mover<'_>; 2], dt: f64) -> (Vec<Line<D>>, usize) {
     let [lever_a, lever_b] = of.arms;
     let line = |direction: DVec3, separation: f64, compliance: f64| {
         let found = Separation { separation, normal: direction, lever_a, lever_b };
         Line { row: row(&found, movers, dt), compliance, direction }
     };
-    let mut all = Vec::new();
-    if of.length == 0.0 {
-        let axes = AXES.into_iter().take(own_lines::<D>(of.length));
-        all.extend(axes.map(|axis| line(axis, axis.dot(of.way), of.compliance)));
-    } else {
+    let (mut own, mut further) = (Vec::new(), Vec::new());
+    if let Some(compliance) = of.compliance.filter(|_| of.length == 0.0) {
+        let axes = AXES.into_iter().take(if D == PLANAR { 2 } else { 3 });
+        own.extend(axes.map(|axis| line(axis, axis.dot(of.way), compliance)));
+    } else if let Some(compliance) = of.compliance {
         let distance = of.way.length();
         // Two points that are one part along x.
         let along = if distance > 0.0 { of.way / distance } else { DVec3::X };
-        let own = line(along, distance - of.length, of.compliance);
+        let stretch = line(along, distance - of.length, compliance);
         let tension = -of.pull.dot(along);
-        let turns_back = tension * own.square() > TURNS_BACK * distance;
-        all.push(own);
+        let turns_back = tension * stretch.square() > TURNS_BACK * distance;
+        own.push(stretch);
         if turns_back && distance > 0.0 {
-            all.extend(across::<D>(along).map(|across| line(across, 0.0, distance / tension)));
+            further.extend(across::<D>(along).map(|across| line(across, 0.0, distance / tension)));
         }
     }
+    own.extend(of.turns.iter().flat_map(|turn| turns::lines(of, turn, movers, dt)));
     for (end, force) in [(0, -of.pull), (1, of.pull)] {
         let (arm, holds) = (of.arms[end], force.dot(of.arms[end]));
         if holds > 0.0 {
             let turns = across::<D>(arm.normalize()).map(|across| turning(end, (arm, across), holds, movers, dt));
-            all.extend(turns.filter(|turn| turn.square() > TURNS_BACK * turn.compliance));
+            further.extend(turns.filter(|turn| turn.square() > TURNS_BACK * turn.compliance));
         }
     }
-    all
+    let count = own.len();
+    own.extend(further);
+    (own, count)
 }
 
 /// The directions across another.

@@ -13,6 +13,7 @@
 pub(crate) mod bond;
 pub(crate) mod friction;
 mod source;
+mod turning;
 
 pub use source::{FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
 
@@ -29,7 +30,13 @@ use glam::{DMat3, DVec3};
 /// `dt (dw + h x dw) / (1 + |h|^2)`; this is its transpose applied to `t`.
 #[inline]
 pub fn torque_arm(lever: DVec3, normal: DVec3, angular: DVec3, dt: f64) -> DVec3 {
-    let arm = lever.cross(normal);
+    carried_back(lever.cross(normal), angular, dt)
+}
+
+/// A torque arm, or the axis of a turn, that was found at a configuration that was reached with the angular velocity
+/// `angular`, as it acts on the velocity from the step's start ([`torque_arm`]).
+#[inline]
+pub fn carried_back(arm: DVec3, angular: DVec3, dt: f64) -> DVec3 {
     let half = 0.5 * dt * angular;
     (arm - half.cross(arm)) / (1.0 + half.length_squared())
 }
@@ -123,10 +130,22 @@ pub fn row<const D: usize>(found: &Separation, [a, b]: [Mover<'_>; 2], dt: f64) 
     let normal = found.normal;
     let arm_a = a.arm(found.lever_a, normal, dt);
     let arm_b = b.arm(found.lever_b, normal, dt);
+    row_of([a, b], normal, [arm_a, arm_b], found.separation, dt)
+}
+
+/// The same of a value that grows along `normal` and with these torque arms.
+#[inline]
+fn row_of<const D: usize>(
+    [a, b]: [Mover<'_>; 2],
+    normal: DVec3,
+    [arm_a, arm_b]: [DVec3; 2],
+    value: f64,
+    dt: f64,
+) -> Row<D> {
     let linear = (b.motion.free.linear - b.reached_with.linear) - (a.motion.free.linear - a.reached_with.linear);
     let still_to_come = normal.dot(linear) + arm_b.dot(b.motion.free.angular - b.reached_with.angular)
         - arm_a.dot(a.motion.free.angular - a.reached_with.angular);
-    (blocks([a, b], normal, [arm_a, arm_b], dt), found.separation + dt * still_to_come)
+    (blocks([a, b], normal, [arm_a, arm_b], dt), value + dt * still_to_come)
 }
 
 /// The blocks of a row along `direction`, with these torque arms.

@@ -29,7 +29,8 @@ pub(crate) mod thermal;
 pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
-pub use bonds::Bond;
+pub(crate) use bonds::turning::{Between, Turn, least_way};
+pub use bonds::{Bending, Bond, DaughterBond, Joint};
 pub(crate) use bonds::{Bonds, Incidence, Member, Unstable, instability};
 pub use flow::Flow;
 pub(crate) use flow::Stream;

@@ -116,8 +116,8 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
             ..Problem::default()
         };
         let mut pushes: Vec<f64> = normal.iter().map(|row| gamma[*row]).collect();
-        let mut outcome = if problem.cones.contains(&Cone::Free) {
-            let cone = |row: &usize| if problem.cones[*row] == Cone::Free { Cone::Free } else { Cone::Ray };
+        let mut outcome = if problem.cones.iter().any(|cone| cone.is_free()) {
+            let cone = |row: &usize| if problem.cones[*row].is_free() { problem.cones[*row] } else { Cone::Ray };
             smooth.cones = normal.iter().map(cone).collect();
             smooth.compliance = normal.iter().map(|row| problem.compliance.get(*row).copied().unwrap_or(0.0)).collect();
             self.relax_bonded(&smooth, &mut pushes, allowed)
@@ -206,7 +206,7 @@ fn violation<const D: usize>(problem: &Problem<D>, gamma: &[f64]) -> f64 {
     let v = super::velocity(problem, gamma);
     let of = |row: usize| {
         let gap = problem.value(row, &v) + problem.compliance[row] * gamma[row];
-        if problem.cones[row] == Cone::Free { gap.abs() } else { lack(gap) }
+        if problem.cones[row].is_free() { gap.abs() } else { lack(gap) }
     };
     (0..gamma.len()).map(of).fold(0.0, worse)
 }

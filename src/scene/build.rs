@@ -4,6 +4,7 @@ use super::error::SceneError;
 use super::orientation::written;
 use super::{Body, Growth, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
+use crate::dynamics::bonds::daughters::ENDS;
 use crate::separation::Placed;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
@@ -63,6 +64,12 @@ impl Scene {
                 Placed { shape: body.shape, position: DVec3::from(body.position), orientation: body.rotation() };
             let index = bodies.push(placed, group_of(body.group.as_deref()));
             bodies.velocity[index] = body.velocity.map_or(DVec3::ZERO, DVec3::from);
+            if let Some(ends) = body.daughter_bonds {
+                let count = bodies.len();
+                for (column, end) in ENDS.into_iter().zip(ends) {
+                    bodies.columns.named_mut(column, count)[index] = end as f64;
+                }
+            }
             bodies.angular_velocity[index] = body.angular_velocity.map_or(DVec3::ZERO, DVec3::from);
         }
         for index in 0..self.generate.len() {
@@ -116,11 +123,12 @@ impl Scene {
             velocity: inertial.then(|| bodies.velocity[i].to_array()),
             angular_velocity: inertial.then(|| bodies.angular_velocity[i].to_array()),
             group: names.get(bodies.group[i] as usize).cloned(),
+            daughter_bonds: daughter_bonds(bodies, i),
             lineage: Some(bodies.lineage[i].into()),
         });
         let mut scene = self.with_defaults();
         scene.bodies = written_bodies.collect();
-        scene.bonds = self.bonds().left(bodies);
+        (scene.bonds, scene.joints) = self.bonds().left(bodies);
         scene.generate = Vec::new();
         if !scene.removal.is_empty() || scene.group_names().len() < names.len() {
             scene.forget_empty_groups();
@@ -129,6 +137,12 @@ impl Scene {
         scene.time.end = self.time.end.max(time);
         scene
     }
+}
+
+/// The numbers of the bonds at both ends of a cell, if it has any.
+fn daughter_bonds(bodies: &Bodies, i: usize) -> Option<[u64; 2]> {
+    let ends = ENDS.map(|end| bodies.columns.get(end).map_or(0, |column| column[i] as u64));
+    (ends != [0, 0]).then_some(ends)
 }
 
 impl Scene {

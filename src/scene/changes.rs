@@ -40,6 +40,9 @@ const SETTLED: [&str; 7] = ["planar", "periodic", "bodies", "generate", "groups"
 /// Keys of a bond that a state has settled, beside the number of bonds.
 const SETTLED_OF_BONDS: [&str; 2] = ["bodies", "at"];
 
+/// The same of a joint, after its number and its name.
+const SETTLED_OF_JOINTS: [&str; 4] = ["bodies", "at", "axis", "rest"];
+
 /// Keys of the run as a whole, which a change within it cannot set.
 const OF_RUN: [&str; 6] = ["name", "time.end", "output", "removal", "changes", "solver.dump"];
 
@@ -55,7 +58,13 @@ pub(crate) fn is_settled(key: &str) -> bool {
         let (_, of) = key.split_once('.').unwrap_or_default();
         of.is_empty() || SETTLED_OF_BONDS.iter().any(|settled| is_in(of, settled))
     };
+    let of_joint = |key: &str| {
+        let of = key.splitn(3, '.').nth(2).unwrap_or_default();
+        of.is_empty() || SETTLED_OF_JOINTS.iter().any(|settled| is_in(of, settled))
+    };
     SETTLED.iter().any(|settled| is_in(key, settled))
+        || key == "joints"
+        || key.strip_prefix("joints.").is_some_and(of_joint)
         || key == "bonds"
         || key.strip_prefix("bonds.").is_some_and(of_bond)
 }

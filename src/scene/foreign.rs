@@ -39,7 +39,7 @@ const NAMES: &[(&[&str], &[&str])] = &[
     (&["wall", "boundary", "boundaries", "confinement", "container"], &["walls"]),
     (&["pbc", "periodicity", "cell", "box", "lattice"], &["periodic"]),
     (&["force", "fields", "loads", "potentials"], &["forces"]),
-    (&["springs", "joints", "constraints", "links"], &["bonds"]),
+    (&["springs", "constraints", "links"], &["bonds"]),
     (&["tolerance", "eps", "epsilon", "overlap"], &["overlap_tolerance"]),
     (&["random_seed", "rng", "rng_seed"], &["seed"]),
     (&["two_d", "2d", "is_2d"], &["planar"]),

@@ -40,7 +40,8 @@ mod write;
 
 pub use crate::constraint::friction::{Friction, GroupFriction, Restitution};
 pub use crate::dynamics::{
-    Bond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window,
+    Bending, Bond, DaughterBond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, Joint, OnNoRoom, Stop, StopReason,
+    Thermal, Window,
 };
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::{Axis, CellShear, Periodic};
@@ -124,6 +125,9 @@ pub struct Scene {
     /// Springs between points of bodies.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub bonds: Vec<Bond>,
+    /// Ball joints, hinges and welds of two bodies.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub joints: Vec<Joint>,
     /// Brownian motion. With inertia it needs `dynamics.inertial.drag`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub thermal: Option<Thermal>,
@@ -179,6 +183,7 @@ impl Scene {
             planar: bool::default(),
             forces: Vec::default(),
             bonds: Vec::default(),
+            joints: Vec::default(),
             thermal: None,
             flow: None,
             walls: Vec::default(),
@@ -255,6 +260,10 @@ pub struct Body {
     /// The group it belongs to, for forces.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub group: Option<String>,
+    /// The numbers of the bonds at a cell's lower and upper end along its z, as a run with `growth.bond_daughters`
+    /// writes them into `final.json`: an upper and a lower end with the same number are bonded, 0 is no bond.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub daughter_bonds: Option<[u64; 2]>,
     /// Identity and ancestry; all keys or none.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub lineage: Option<BodyLineage>,
@@ -273,6 +282,7 @@ impl Body {
             velocity: None,
             angular_velocity: None,
             group: None,
+            daughter_bonds: None,
             lineage: None,
         }
     }

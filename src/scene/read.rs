@@ -331,11 +331,14 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists of lists.
-const LISTS_OF_LISTS: [&str; 2] = ["at", "points"];
+const LISTS_OF_LISTS: [&str; 3] = ["at", "points", "axes"];
 
 /// The keys whose values are lists.
 const LISTS: &[&str] = &[
     "bonds",
+    "joints",
+    "daughter_bonds",
+    "rest",
     "at",
     "bodies",
     "forces",

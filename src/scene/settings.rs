@@ -1,7 +1,10 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
 use super::generate::bonds_of_chain;
-use super::{Bond, ContactSettings, Dump, Generate, Growth, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop};
+use super::{
+    Body, Bond, ContactSettings, Dump, Generate, Growth, Joint, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop,
+    unit_quaternion,
+};
 use crate::constraint::friction::Coefficients;
 use crate::dynamics::{Bonds, Cells, Heat, Strain, Stream, draw};
 use crate::fixed::Fixed;
@@ -12,6 +15,7 @@ use crate::removal::Removals;
 use crate::shape::Shape;
 use crate::step::Model;
 use crate::walls::Walls;
+use glam::DQuat;
 use std::iter::repeat_n;
 
 /// A solver stops at this part of the overlap tolerance, so that its error adds little to the overlaps that the
@@ -216,13 +220,24 @@ impl Scene {
         self.thermal.map(|thermal| Heat { thermal, seed, dynamics, planar })
     }
 
-    /// The bonds, by the ids of their bodies.
+    /// The bonds and joints, by the ids of their bodies.
     pub(crate) fn bonds(&self) -> Bonds {
         let all = self.all_bonds();
-        let held = all.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
+        let bodies = all.iter().map(|bond| bond.bodies).chain(self.joints.iter().map(Joint::bodies));
+        let held = bodies.flatten().max().map_or(0, |last| last.saturating_add(1));
         let ids: Vec<u64> = self.ids().take(held).collect();
-        let bonds = Bonds::new(&all, |body| ids[body]);
+        let joints = self.joints.iter().map(|joint| (*joint, self.rest_of(joint))).collect();
+        let bonds = Bonds::new(&all, |body| ids[body]).with_joints(joints, self.planar, |body| ids[body]);
         if self.makes_bonds_implicit() { bonds.with_open_ones_implicit() } else { bonds }
+    }
+
+    /// The orientation of the second body of a joint in the axes of the first one at rest: as given, or as both start.
+    fn rest_of(&self, joint: &Joint) -> DQuat {
+        if let Some(Some(rest)) = joint.rest() {
+            return unit_quaternion(rest);
+        }
+        let [a, b] = joint.bodies().map(|body| self.bodies.get(body).map_or(DQuat::IDENTITY, Body::rotation));
+        (a.inverse() * b).normalize()
     }
 
     /// The bonds of `bonds`, then those of the chains that `generate` places, in order.

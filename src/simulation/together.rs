@@ -88,6 +88,7 @@ impl Together {
             && scene.friction().is_none()
             && scene.contact.restitution.is_none()
             && scene.bonds().first_implicit().is_none()
+            && scene.growth.iter().all(|growth| growth.bond_daughters.is_none())
             && shares(&scene.model(), self.processes)
     }
 

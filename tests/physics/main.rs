@@ -1,8 +1,10 @@
 //! What drives bodies beside contact, each against its closed form, and on a device against the CPU.
 #![allow(clippy::unwrap_used)]
 
+mod bending;
 mod bonds;
 mod contact_forces;
+mod daughters;
 #[path = "../common/device.rs"]
 mod device;
 mod drag;
@@ -13,6 +15,7 @@ mod flow;
 mod fluid;
 mod forces;
 mod implicit_bonds;
+mod joints;
 mod motion;
 mod moving_walls;
 mod orientation;

@@ -174,11 +174,13 @@ impl<const D: usize> RowSet<D> {
             at += old.get(i).map_or(0, |old| old.lines.len());
         }
         let rows = gamma.len();
+        let turns = self.bonds.iter().any(|of| of.turns);
+        let cone = if turns { Cone::Linked } else { Cone::Free };
         let problem = &mut self.problem;
         problem.pair.splice(..before, lines().map(|(of, _)| of.pair.map(|body| body as u32)));
         problem.jacobian.splice(..before, lines().map(|(_, line)| line.row.0));
         problem.q.splice(..before, lines().map(|(_, line)| line.row.1));
-        problem.cones.splice(..before, std::iter::repeat_n(Cone::Free, rows));
+        problem.cones.splice(..before, std::iter::repeat_n(cone, rows));
         problem.compliance.splice(..before, lines().map(|(_, line)| line.compliance));
         self.feature.splice(..before, std::iter::repeat_n(FEATURE_OF_BONDS, rows));
         self.acting.splice(..before, std::iter::repeat_n(Acting::default(), rows));

@@ -2,7 +2,8 @@
 
 use super::setup::Setup;
 use crate::bodies::Bodies;
-use crate::dynamics::{Incidence, Pose, Waiting};
+use crate::dynamics::bonds::daughters::bonds_of;
+use crate::dynamics::{Bonds, Incidence, Pose, Waiting};
 use crate::periodic::Periods;
 use crate::separation::{Placed, Separation};
 use crate::shape::ProxySphere;
@@ -39,6 +40,8 @@ pub struct Start {
     pub(super) bonds: Option<Incidence>,
     /// The implicit bonds that act, with their bodies.
     pub(super) held_bonds: Vec<(usize, [usize; 2])>,
+    /// The bonds of daughters, which are numbered after the scene's.
+    daughters: Bonds,
     /// Whether first rows of these may be made where the last velocities lead.
     pub(super) leads: bool,
     /// Moving walls: at the piece's start, at the end of the present part, and at its middle once that is known.
@@ -72,6 +75,7 @@ impl Start {
             proxies: Vec::new(),
             bonds: None,
             held_bonds: Vec::new(),
+            daughters: Bonds::default(),
             leads: false,
             walls: None,
             strained: None,
@@ -147,7 +151,25 @@ impl Start {
         let bonded = !setup.bonds.is_empty() && !self.parting;
         self.bonds = bonded.then(|| setup.bonds.incidence(&self.bodies.lineage, &self.bodies.broken_bonds));
         self.held = setup.fixed.flags(&self.bodies);
+        let cells = setup.growth.as_ref().filter(|cells| cells.bond_daughters());
+        self.daughters = cells.map_or_else(Bonds::default, |cells| bonds_of(&self.bodies, cells));
         self.make_proxies(setup)
+    }
+
+    /// The bonds that a bond is one of, and its number there.
+    pub(super) fn bonds_with<'a>(&'a self, setup: &'a Setup, bond: usize) -> (&'a Bonds, usize) {
+        let of_scene = setup.bonds.list().len();
+        if bond < of_scene { (&setup.bonds, bond) } else { (&self.daughters, bond - of_scene) }
+    }
+
+    /// The implicit bonds that act: the scene's, then those of daughters.
+    pub(super) fn acting_bonds(&self, setup: &Setup) -> Vec<(usize, [usize; 2])> {
+        let mut acting = setup.bonds.implicit(&self.bodies, self.parting);
+        let first = setup.bonds.list().len();
+        let of_daughters = self.daughters.list().iter().enumerate();
+        let acts = |bond: usize| !self.parting || self.daughters.keeps_something(bond);
+        acting.extend(of_daughters.filter(|(bond, _)| acts(*bond)).map(|(number, bond)| (first + number, bond.bodies)));
+        acting
     }
 
     /// Sets the configuration at the middle, and the lengths at the end.

@@ -150,7 +150,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
             setup.bonds.find_broken(incidence, &mut end);
         }
         if !start.parting {
-            end.add_broken_bonds(setup.overloaded(rows));
+            start.break_bonds(setup, rows, &mut end);
         }
         let (bodies, own) = (end.len() as u32, |body: &u32| !start.is_foreign(*body as usize));
         let first = rows.problem.pair.iter().map(|[a, b]| if *b < bodies { *a.min(b) } else { *a });

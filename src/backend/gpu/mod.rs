@@ -91,8 +91,11 @@ impl Device {
         if !model.contact.restitution.is_none() {
             return Err(GpuError::Unsupported { what: "restitution".into() });
         }
+        if model.cells.as_ref().is_some_and(|cells| cells.bond_daughters()) {
+            return Err(GpuError::Unsupported { what: "bonds of daughters".into() });
+        }
         if model.bonds.first_implicit().is_some() {
-            return Err(GpuError::Unsupported { what: "implicit bonds".into() });
+            return Err(GpuError::Unsupported { what: "implicit bonds and joints".into() });
         }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),

@@ -9,20 +9,31 @@
 //! where `dt` is short for the stiffness (docs/motion.md). Implicit bonds are rows of the step's LCP instead
 //! ([`crate::constraint`]): their pull is that at its end, and any stiffness is stable. A bond whose tension is over
 //! its `break_force` at a step's end is broken from then on.
+//!
+//! A bond may also resist bends of its bodies ([`turning`]); such a bond is implicit. A joint is an implicit bond of
+//! length 0 that may resist turns.
 
+pub(crate) mod bending;
+pub(crate) mod daughters;
 mod incidence;
+pub(crate) mod joint;
 mod network;
 #[cfg(feature = "files")]
 pub(crate) mod stiffness;
+pub(crate) mod turning;
 
+pub use bending::Bending;
+pub use daughters::DaughterBond;
 pub use incidence::Incidence;
+pub use joint::Joint;
 pub(crate) use network::{Member, Unstable, instability};
 
 use super::Load;
 use crate::bodies::{Bodies, Lineage};
 use crate::motion::Pose;
 use crate::periodic::Periods;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
+use turning::{Resists, Turn, Turning};
 
 /// A spring between points of two bodies.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +56,12 @@ pub struct Bond {
     /// Its rest length.
     #[cfg_attr(feature = "files", serde(default), schemars(range(min = 0.0)))]
     pub length: f64,
+    /// Its bending stiffness: the torque over the angle, in radians, between the directions of both bodies, which are
+    /// parallel at rest. A bond of some length bends at both ends, half of the angle at each. A bond with it is
+    /// implicit. Without it: bodies turn freely.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "files", serde(with = "bending::json"), schemars(with = "bending::json::NumberOrBending"))]
+    pub bending: Option<Bending>,
     /// The tension above which it breaks. Without it: never.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
@@ -54,7 +71,7 @@ pub struct Bond {
 impl Bond {
     /// An unbreakable bond of length 0 between points of two bodies, body axes.
     pub const fn new(bodies: [usize; 2], at: [[f64; 3]; 2], stiffness: f64) -> Bond {
-        Bond { bodies, at, stiffness, implicit: None, length: 0.0, break_force: None }
+        Bond { bodies, at, stiffness, implicit: None, length: 0.0, bending: None, break_force: None }
     }
 
     /// An unbreakable bond that keeps its length of 0: a ball joint.
@@ -75,7 +92,25 @@ impl Bond {
 
     /// Whether it is explicit where explicit bonds are stable.
     pub(crate) fn may_be_explicit(&self) -> bool {
-        !self.is_rigid() && self.implicit != Some(true)
+        !self.is_rigid() && self.implicit != Some(true) && self.bending.is_none()
+    }
+
+    /// The directions that bends are between, unit vectors in body axes: those of its bending stiffness, or else those
+    /// of its points. Not finite where these are at the centres.
+    pub(crate) fn axes(&self) -> [DVec3; 2] {
+        let of_points = || [DVec3::from(self.at[0]), -DVec3::from(self.at[1])];
+        let given = self.bending.and_then(|bending| bending.axes);
+        given.map_or_else(of_points, |axes| axes.map(DVec3::from)).map(DVec3::normalize)
+    }
+
+    /// What it resists beside its stretch.
+    fn turning(&self) -> Option<Turning> {
+        self.bending.map(|Bending { stiffness, .. }| Turning { stiffness, resists: Resists::Bend(self.axes()) })
+    }
+
+    /// The length by which an angle becomes one: of the longest arm, or of itself.
+    fn reach(&self) -> f64 {
+        self.at.map(|at| DVec3::from(at).length()).into_iter().fold(self.length, f64::max)
     }
 
     /// Its pull on the first of two points with `way` from it to the other. Where both are one point, a bond of some
@@ -94,11 +129,15 @@ impl Bond {
     }
 }
 
-/// The bonds of a scene. They refer to bodies by id, whatever their later indices.
+/// The bonds and joints of a scene. They refer to bodies by id, whatever their later indices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bonds {
     list: Vec<Bond>,
     ids: Vec<[u64; 2]>,
+    /// What each bond resists beside its stretch.
+    turning: Vec<Option<Turning>>,
+    /// The joints, which come after the bonds, and how they rest.
+    joints: Vec<(Joint, DQuat)>,
     /// Whether bonds that leave it open are implicit.
     open_ones_implicit: bool,
 }
@@ -108,7 +147,18 @@ impl Bonds {
     /// unless they are rigid.
     pub fn new(list: &[Bond], id: impl Fn(usize) -> u64) -> Bonds {
         let ids = list.iter().map(|bond| bond.bodies.map(&id)).collect();
-        Bonds { ids, list: list.to_vec(), open_ones_implicit: false }
+        let turning = list.iter().map(Bond::turning).collect();
+        Bonds { ids, list: list.to_vec(), turning, joints: Vec::new(), open_ones_implicit: false }
+    }
+
+    /// Adds joints with the orientation of each one's second body in the axes of its first, which are numbered after
+    /// the bonds.
+    pub fn with_joints(mut self, joints: Vec<(Joint, DQuat)>, planar: bool, id: impl Fn(usize) -> u64) -> Bonds {
+        self.ids.extend(joints.iter().map(|(joint, _)| joint.bodies().map(&id)));
+        self.turning.extend(joints.iter().map(|(joint, rest)| joint.turning(*rest, planar)));
+        self.list.extend(joints.iter().map(|(joint, _)| joint.bond()));
+        self.joints = joints;
+        self
     }
 
     /// Makes those implicit that do not say whether they are.
@@ -118,8 +168,13 @@ impl Bonds {
 
     /// Whether a bond is implicit.
     pub fn is_implicit(&self, bond: usize) -> bool {
-        let bond = &self.list[bond];
-        bond.implicit.unwrap_or(self.open_ones_implicit) || bond.is_rigid()
+        let of = &self.list[bond];
+        of.implicit.unwrap_or(self.open_ones_implicit) || of.is_rigid() || self.turning[bond].is_some()
+    }
+
+    /// Whether it keeps its length or an angle.
+    pub fn keeps_something(&self, bond: usize) -> bool {
+        self.list[bond].is_rigid() || self.turning[bond].is_some_and(|turning| turning.stiffness.is_infinite())
     }
 
     /// The first bond that is implicit.
@@ -127,23 +182,45 @@ impl Bonds {
         (0..self.list.len()).find(|bond| self.is_implicit(*bond))
     }
 
-    /// The implicit bonds that hold, with their bodies; while bodies are parted only the rigid ones.
+    /// The implicit bonds that hold, with their bodies; while bodies are parted only those that keep a length or an
+    /// angle.
     pub fn implicit(&self, bodies: &Bodies, parting: bool) -> Vec<(usize, [usize; 2])> {
         if self.first_implicit().is_none() {
             return Vec::new();
         }
         let incidence = self.incidence(&bodies.lineage, &bodies.broken_bonds);
-        let acts = |bond: &usize| if parting { self.list[*bond].is_rigid() } else { self.is_implicit(*bond) };
+        let acts = |bond: &usize| if parting { self.keeps_something(*bond) } else { self.is_implicit(*bond) };
         let held = (0..self.list.len()).filter(acts);
         held.filter_map(|bond| Some((bond, incidence.pair(bond)?))).collect()
     }
 
-    /// By how much the worst rigid bond is off its length.
+    /// By how much the worst rigid bond is off its length, or off its angle at its reach.
     pub fn rigid_stretch(&self, bodies: &Bodies) -> f64 {
         let of = |(bond, pair): (usize, [usize; 2])| {
-            (self.between(bond, bodies, pair).1.length() - self.list[bond].length).abs()
+            let (list, poses) = (&self.list[bond], pair.map(|body| bodies.pose(body)));
+            let way = self.between_poses(bond, &bodies.periods, poses).1;
+            let stretch = if list.is_rigid() { (way.length() - list.length).abs() } else { 0.0 };
+            let turns = self.turns(bond, (poses, way), bodies.planar).into_iter();
+            let rigid = turns.filter(|turn| turn.compliance == 0.0);
+            rigid.map(|turn| self.reach(bond) * turn.angle.length()).fold(stretch, f64::max)
         };
         self.implicit(bodies, true).into_iter().map(of).fold(0.0, f64::max)
+    }
+
+    /// The turns of bodies in these poses that a bond resists, which is `way` from its first point to the second.
+    pub(crate) fn turns(&self, bond: usize, (poses, way): ([Pose; 2], DVec3), planar: bool) -> Vec<Turn> {
+        let turning = &self.turning[bond];
+        turning.as_ref().map_or(Vec::new(), |turning| turning.turns(poses, way, self.list[bond].length, planar))
+    }
+
+    /// Whether a bond resists turns.
+    pub fn resists_turns(&self, bond: usize) -> bool {
+        self.turning[bond].is_some()
+    }
+
+    /// The length at which a bond's angles count.
+    pub fn reach(&self, bond: usize) -> f64 {
+        self.list[bond].reach()
     }
 
     /// Whether there is no bond.
@@ -198,8 +275,7 @@ impl Bonds {
 
     /// From the centre of each body to its point, and from the first point to the other, space axes.
     fn between(&self, bond: usize, bodies: &Bodies, pair: [usize; 2]) -> ([DVec3; 2], DVec3) {
-        let pose = |body: usize| Pose { position: bodies.position[body], orientation: bodies.orientation[body] };
-        self.between_poses(bond, &bodies.periods, pair.map(pose))
+        self.between_poses(bond, &bodies.periods, pair.map(|body| bodies.pose(body)))
     }
 
     /// The same with its bodies in these poses.
@@ -209,10 +285,15 @@ impl Bonds {
         (arms, periods.nearest(b.position - a.position) + (arms[1] - arms[0]))
     }
 
-    /// The unbroken bonds, with the present indices of their bodies.
-    pub fn left(&self, bodies: &Bodies) -> Vec<Bond> {
+    /// The unbroken bonds and joints, with the present indices of their bodies. Joints have how they rest.
+    pub fn left(&self, bodies: &Bodies) -> (Vec<Bond>, Vec<Joint>) {
         let incidence = self.incidence(&bodies.lineage, &bodies.broken_bonds);
+        let bonds = self.list.len() - self.joints.len();
         let left = |(number, bond): (usize, &Bond)| Some(Bond { bodies: incidence.pair(number)?, ..bond.clone() });
-        self.list.iter().enumerate().filter_map(left).collect()
+        let joint = |(number, (joint, rest)): (usize, &(Joint, DQuat))| {
+            Some(joint.with(incidence.pair(bonds + number)?, Some([rest.w, rest.x, rest.y, rest.z])))
+        };
+        let joints = self.joints.iter().enumerate().filter_map(joint).collect();
+        (self.list[..bonds].iter().enumerate().filter_map(left).collect(), joints)
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserializer, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
-const RIGID: &str = "rigid";
+pub(super) const RIGID: &str = "rigid";
 
 /// Writes it.
 pub(crate) fn serialize<S: Serializer>(stiffness: &f64, to: S) -> Result<S::Ok, S::Error> {
@@ -58,5 +58,23 @@ impl JsonSchema for Stiffness {
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "const": RIGID }] })
+    }
+}
+
+/// The JSON of a stiffness that may be left out.
+pub(crate) mod optional {
+    use serde::{Deserializer, Serializer};
+
+    /// Writes it, if there is one.
+    pub(crate) fn serialize<S: Serializer>(stiffness: &Option<f64>, to: S) -> Result<S::Ok, S::Error> {
+        match stiffness {
+            Some(stiffness) => super::serialize(stiffness, to),
+            None => to.serialize_none(),
+        }
+    }
+
+    /// Reads it.
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+        super::deserialize(from).map(Some)
     }
 }

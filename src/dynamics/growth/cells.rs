@@ -82,6 +82,11 @@ impl Cells {
         self.species.first().map_or(OnNoRoom::default(), |growth| growth.on_no_room)
     }
 
+    /// Whether divisions make bonds.
+    pub fn bond_daughters(&self) -> bool {
+        self.species.iter().any(|growth| growth.bond_daughters.is_some())
+    }
+
     /// Whether pressure slows the growth of any cell.
     pub fn feels_pressure(&self) -> bool {
         self.species.iter().any(|growth| growth.stress_sensitivity != 0.0)

@@ -29,6 +29,7 @@ pub use settings::{DivisionRule, Growth, OnNoRoom, Stop, StopReason};
 
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::Waiting;
+use crate::dynamics::bonds::daughters::join;
 use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
@@ -151,6 +152,9 @@ fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, (time, part): (f64,
         bodies.velocity[daughter] = velocity + angular_velocity.cross(shift);
         bodies.angular_velocity[daughter] = angular_velocity;
         bodies.lineage[daughter] = line;
+    }
+    if species.growth.bond_daughters.is_some() {
+        join(bodies, line.id, [mother, upper]);
     }
 }
 

@@ -1,5 +1,6 @@
 //! How cells grow and divide, and what ends their growth.
 
+use crate::dynamics::DaughterBond;
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
 #[cfg(feature = "files")]
@@ -60,6 +61,10 @@ pub struct Growth {
     /// over length. On a GPU the state is read back for it after every step.
     #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
+    /// The bond between the two daughters of a division; a daughter keeps the bond of her mother at her other end, so
+    /// that cells form chains. Only on the CPU, with `"euler"` steps. Without it: daughters are free.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub bond_daughters: Option<DaughterBond>,
     /// What happens to cells without room to grow, in a container of walls or periods. All entries of a list must
     /// agree.
     #[cfg_attr(feature = "files", schemars(extend("default" = "stop")))]
@@ -165,6 +170,7 @@ impl Growth {
             division_time_noise: 0.0,
             rate_noise: 0.0,
             stress_sensitivity: 0.0,
+            bond_daughters: None,
             on_no_room: OnNoRoom::Stop,
             stop: None,
         }

@@ -125,6 +125,7 @@ impl<const D: usize> Friction<D> {
     fn load(&mut self, problem: &Problem<D>, gamma: &[f64], drive: &mut Drive<Vec<f64>>) {
         self.rows.rebuild(problem);
         self.rows.import(gamma, &mut drive.at.x);
+        self.rows.eliminate(&mut drive.at.x);
         self.cg.keep_displacements(false);
         self.accelerated = self.kind == SolverKind::Apgd;
     }

@@ -25,7 +25,7 @@
 //! with `S` the mean diagonal entry of the unit's block and `P_K` the projection.
 //!
 //! A free row ([`Cone::Free`]), a bond, is an equation `q + (A + k) gamma = 0`: it has no projection, and its residual
-//! is `|g|`.
+//! is `|g|`. Those of bonds that resist turns are eliminated together (`linked`).
 //!
 //! The law need not have one solution where nothing gives way: rigid contacts at rest share friction in many ways, and
 //! even the velocities may differ between starts. A start and a solver give the same bits each time.
@@ -43,6 +43,7 @@ mod block;
 mod cone;
 mod drive;
 mod follow;
+mod linked;
 mod pairs;
 mod problem;
 mod rows;

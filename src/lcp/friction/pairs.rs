@@ -5,6 +5,7 @@
 
 use super::block::Block;
 use super::cone::{Triple, dot};
+use super::linked::Linked;
 use super::unit::{Unit, plus};
 use crate::lcp::pair_blocks::{entry, sorted};
 use crate::lcp::product::Product;
@@ -20,7 +21,7 @@ const SWEEPS: usize = 10;
 const SETTLED: f64 = 1e-3;
 
 /// The blocks of all units, and pairs of several.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub(super) struct Pairs {
     /// One for each unit.
     blocks: Vec<Block>,
@@ -29,6 +30,8 @@ pub(super) struct Pairs {
     /// `A_uv` of all units of each pair with several, row by row of units.
     couplings: Vec<[Triple; 3]>,
     rise: Vec<Triple>,
+    /// The rows that are solved together, whose units are in no pair.
+    linked: Linked,
 }
 
 impl Pairs {
@@ -45,13 +48,17 @@ impl Pairs {
                 })
             })
         };
+        self.linked.rebuild(product, units, compliance);
         self.blocks.clear();
         self.pairs.clear();
         self.couplings.clear();
         for (at, unit) in units.iter().enumerate() {
             self.blocks.push(block(coupling(unit, unit), unit, &compliance[unit.rows()]));
+            if unit.linked && self.linked.is_some() {
+                continue;
+            }
             match self.pairs.last_mut() {
-                Some(last) if of(&units[last.start]) == of(unit) => last.end = at + 1,
+                Some(last) if last.end == at && of(&units[last.start]) == of(unit) => last.end = at + 1,
                 _ => self.pairs.push(at..at + 1),
             }
         }
@@ -62,9 +69,21 @@ impl Pairs {
         }
     }
 
+    /// Whether rows are solved together.
+    pub fn has_linked(&self) -> bool {
+        self.linked.is_some()
+    }
+
+    /// Solves these rows where the gaps of `x` are `g`, with the multipliers of all others.
+    pub fn eliminate(&mut self, x: &mut [f64], g: &[f64]) {
+        let from = x.to_vec();
+        self.linked.descend(&from, g, x);
+    }
+
     /// `out = argmin over y in K of g . (y - x) + 1/2 (y - x) . B (y - x)`, for `x` in it.
     pub fn descend(&mut self, units: &[Unit], x: &[f64], g: &[f64], out: &mut [f64]) {
         out.copy_from_slice(x);
+        self.linked.descend(x, g, out);
         let mut couplings = 0;
         for pair in &self.pairs {
             self.rise.clear();
@@ -76,6 +95,7 @@ impl Pairs {
 
     /// `out = argmin over y in K of (y - w) . B (y - w)`.
     pub fn project(&mut self, units: &[Unit], w: &[f64], out: &mut [f64]) {
+        self.linked.project(w, out);
         let mut couplings = 0;
         for pair in &self.pairs {
             let blocks = Blocks::of(pair, units, &self.blocks, &self.couplings, &mut couplings);

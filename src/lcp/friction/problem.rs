@@ -16,6 +16,16 @@ pub enum Cone {
     Tangent,
     /// Any number, of a row alone: it pushes and pulls, so that `q + (A + k) gamma = 0`. A bond.
     Free,
+    /// The same, of a row that the solver eliminates together with all others of this kind. Bonds with a bending
+    /// stiffness, and joints.
+    Linked,
+}
+
+impl Cone {
+    /// Whether the multiplier may be any number.
+    pub fn is_free(self) -> bool {
+        matches!(self, Cone::Free | Cone::Linked)
+    }
 }
 
 /// Tangent rows of a contact between bodies with `D` unknowns.

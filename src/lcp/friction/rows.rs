@@ -15,7 +15,7 @@ use crate::lcp::verbs::{Checks, Metric, Verbs};
 use crate::lcp::{Cone, Problem, numbering, pair_blocks};
 
 /// A problem with cones, prepared for the solvers. Its buffers are reused for the next problem.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Frictional<const D: usize> {
     /// Each row's index in the problem.
     order: Vec<u32>,
@@ -86,11 +86,13 @@ impl<const D: usize> Frictional<D> {
             let (count, mu) = match cones[*at as usize] {
                 Cone::Ray => (1, 0.0),
                 Cone::Friction(mu) => (1 + super::tangents::<D>(), mu),
-                Cone::Free => (1, 0.0),
+                Cone::Free | Cone::Linked => (1, 0.0),
                 Cone::Tangent => continue,
             };
-            let is_free = cones[*at as usize] == Cone::Free;
+            let cone = cones[*at as usize];
+            let is_free = cone.is_free();
             let mut unit = if is_free { Unit::free(row) } else { Unit::new(row, count, mu) };
+            unit.linked = cone == Cone::Linked;
             let own = &diagonal[unit.rows()];
             // A free row with a compliance feels its multiplier in any case.
             let live = plain[row] > zero || (is_free && self.compliance[row] > 0.0);
@@ -114,6 +116,15 @@ impl<const D: usize> Frictional<D> {
         x.extend(self.order.iter().map(|row| gamma[*row as usize]));
         for unit in &self.units {
             unit.put(unit.admit(unit.get(x)), x);
+        }
+    }
+
+    /// Takes the multipliers of linked rows to the solution of their equations with those of all other rows as they
+    /// are: from elsewhere contacts would push against motions that these rows do not allow.
+    pub fn eliminate(&mut self, x: &mut Vec<f64>) {
+        if self.finite && self.pairs.has_linked() {
+            let g = self.gaps(x);
+            self.pairs.eliminate(x, &g);
         }
     }
 

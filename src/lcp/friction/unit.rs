@@ -11,6 +11,8 @@ pub(super) struct Unit {
     pub mu: f64,
     /// Whether its multiplier may be any number.
     pub free: bool,
+    /// Whether it is free and solved together with all others that are.
+    pub linked: bool,
     /// The mean diagonal entry of `A` of its rows, by which a force becomes a length.
     pub scale: f64,
     /// Whether its normal row feels its multiplier. What does not stays as it is.
@@ -21,7 +23,7 @@ pub(super) struct Unit {
 
 impl Unit {
     pub fn new(first: usize, count: usize, mu: f64) -> Self {
-        Unit { first, count, mu, free: false, scale: 0.0, live: false, most: 1.0 }
+        Unit { first, count, mu, free: false, linked: false, scale: 0.0, live: false, most: 1.0 }
     }
 
     /// A row whose multiplier is free.

@@ -9,7 +9,7 @@ use super::copied::offsets;
 use super::walk::Walk;
 use super::{Chain, ChainPath, GoesOn};
 use crate::bodies::Bodies;
-use crate::dynamics::Bond;
+use crate::dynamics::{Bending, Bond};
 use crate::separation::Placed;
 use crate::shape::Shape;
 use crate::walls::Walls;
@@ -31,6 +31,9 @@ pub(in super::super) fn reach(shape: &Shape) -> Option<f64> {
         _ => None,
     }
 }
+
+/// The axis of its bodies, along which they are bonded.
+const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// The lengths of a chain.
 #[derive(Clone, Copy, Debug)]
@@ -92,8 +95,10 @@ pub(in super::super) fn bonds(chain: &Chain, first: usize) -> Vec<Bond> {
         (0..last).map(move |i| [start + i, start + (i + 1) % count])
     };
     let starts = (0..super::copied::copies(&chain.repeat) as usize).map(|copy| first + copy * count);
+    let bending = chain.bending.map(|stiffness| Bending { axes: Some([AXIS; 2]), ..Bending::new(stiffness) });
     let bond = |bodies: [usize; 2]| Bond {
         length: rest,
+        bending,
         break_force: chain.break_force,
         ..Bond::new(bodies, [[0.0, 0.0, reach], [0.0, 0.0, 0.0 - reach]], chain.stiffness)
     };

@@ -150,6 +150,12 @@ pub struct Chain {
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     pub gap: Option<f64>,
+    /// The bending stiffness of the bonds, torque over angle; or `"rigid"`. Straight at rest, whatever the path; a
+    /// chain with it has implicit bonds. Without it: bodies turn freely.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "files", serde(with = "crate::dynamics::bonds::stiffness::optional"))]
+    #[cfg_attr(feature = "files", schemars(with = "crate::dynamics::bonds::stiffness::Stiffness"))]
+    pub bending: Option<f64>,
     /// The tension above which a bond breaks. Without it: never.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
@@ -168,7 +174,17 @@ pub struct Chain {
 impl Chain {
     /// A straight, unbreakable chain along x, with the middle at the origin.
     pub const fn new(count: u64, shape: Shape, stiffness: f64) -> Chain {
-        Chain { count, shape, stiffness, gap: None, break_force: None, path: None, repeat: Vec::new(), group: None }
+        Chain {
+            count,
+            shape,
+            stiffness,
+            gap: None,
+            bending: None,
+            break_force: None,
+            path: None,
+            repeat: Vec::new(),
+            group: None,
+        }
     }
 }
 

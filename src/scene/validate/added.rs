@@ -62,6 +62,7 @@ impl Scene {
         let mut scene = self.clone();
         (scene.bodies, scene.generate) = (added.to_vec(), Vec::new());
         scene.bonds.clear();
+        scene.joints.clear();
         scene.removal.clear();
         scene.next_id = None;
         scene.forget_empty_groups();

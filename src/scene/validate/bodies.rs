@@ -9,6 +9,7 @@ use super::shapes::check_shape;
 use super::{MAX_BODIES, SMALLEST_NUMBER, SMALLEST_QUATERNION, number, numbers, positive};
 use crate::bodies::NO_GROUP;
 use crate::digits::short;
+use crate::dynamics::bonds::daughters::LARGEST_END;
 use crate::shape::Shape;
 use glam::DVec3;
 use std::collections::HashSet;
@@ -32,6 +33,7 @@ impl Scene {
             check_body(&key, body)?;
             self.check_orientation(&key, body)?;
             self.check_velocities(&key, body)?;
+            check_daughter_bonds(&key, body)?;
             if let Some(lineage) = &body.lineage {
                 check_lineage(&key.field("lineage"), lineage, &mut ids)?;
             }
@@ -156,6 +158,18 @@ fn check_body(key: &Key, body: &Body) -> Result<(), SceneError> {
         return Err(SceneError::bad(key, message));
     }
     Ok(())
+}
+
+fn check_daughter_bonds(key: &Key, body: &Body) -> Result<(), SceneError> {
+    let Some(ends) = body.daughter_bonds else { return Ok(()) };
+    let key = key.field("daughter_bonds");
+    if body.shape.growing_length().is_none() {
+        return Err(SceneError::bad(key, "is for spherocylinders, which grow and divide"));
+    }
+    match ends.iter().position(|end| *end > LARGEST_END) {
+        Some(end) => Err(SceneError::bad(key.index(end), format!("must be at most {LARGEST_END}"))),
+        None => Ok(()),
+    }
 }
 
 fn check_lineage(key: &Key, lineage: &BodyLineage, ids: &mut HashSet<u64>) -> Result<(), SceneError> {

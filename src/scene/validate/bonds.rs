@@ -3,7 +3,7 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::generate::bonds_of_chain;
 use super::super::key::Key;
-use super::super::{Bond, Generate, Scene, generate};
+use super::super::{Bending, Bond, Generate, SMALLEST_NUMBER, Scene, generate};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::bodies::NO_GROUP;
 use crate::digits::{at_most, exact, short};
@@ -13,15 +13,15 @@ use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
 
 /// A starting body as its bonds know it.
-struct Bonded<'a> {
+pub(super) struct Bonded<'a> {
     shape: Shape,
     /// Its rotation, where the scene has it; in a planar scene up to a turn about z.
-    rotation: Option<DQuat>,
+    pub(super) rotation: Option<DQuat>,
     group: Option<&'a str>,
 }
 
 /// All starting bodies as their bonds know them, those of one shape of a rule together.
-struct Roster<'a> {
+pub(super) struct Roster<'a> {
     /// The number of bodies up to each entry.
     ends: Vec<u64>,
     bodies: Vec<Bonded<'a>>,
@@ -35,13 +35,26 @@ impl<'a> Roster<'a> {
     }
 
     /// Body number `body`, where the scene has as many.
-    fn body(&self, body: usize) -> Option<&Bonded<'a>> {
+    pub(super) fn body(&self, body: usize) -> Option<&Bonded<'a>> {
         self.bodies.get(self.ends.partition_point(|end| *end <= body as u64))
+    }
+
+    /// Refuses a point or a direction of a body that is not in the plane.
+    pub(super) fn check_in_plane(&self, key: &Key, body: usize, at: DVec3) -> Result<(), SceneError> {
+        let out = |q: DQuat| (q * at).z.abs() > PLANAR_TOLERANCE * at.length();
+        let known = self.body(body).and_then(|body| body.rotation);
+        if at == DVec3::ZERO || !known.is_none_or(out) {
+            return Ok(());
+        }
+        let message = format!(
+            "is not in the plane on body {body}, as that is oriented; a rod's own axis, its z, is in the plane"
+        );
+        Err(SceneError::bad(key, message))
     }
 }
 
 /// The fixed bodies among those that bonds hold.
-struct Anchors {
+pub(super) struct Anchors {
     ids: Vec<u64>,
     names: Vec<String>,
     fixed: Fixed,
@@ -49,7 +62,7 @@ struct Anchors {
 
 impl Anchors {
     /// Whether a body of this group is one.
-    fn hold(&self, body: usize, group: Option<&str>) -> bool {
+    pub(super) fn hold(&self, body: usize, group: Option<&str>) -> bool {
         let group = self.names.iter().position(|name| Some(name.as_str()) == group);
         let group = group.map_or(NO_GROUP, |number| number as u32);
         self.fixed.holds(self.ids.get(body).copied().unwrap_or(u64::MAX), group)
@@ -74,7 +87,8 @@ impl Scene {
         for (i, bond) in self.bonds.iter().enumerate() {
             let key = key.index(i);
             check_numbers(&key, bond)?;
-            self.check_ends(&key, bond, &roster, &is_fixed)?;
+            check_bending(&key, bond)?;
+            self.check_ends(&key, bond.bodies, &roster, &is_fixed)?;
             self.check_bond_length(&key.field("length"), bond.length)?;
         }
         self.check_chains(&is_fixed)?;
@@ -163,35 +177,35 @@ impl Scene {
     }
 
     /// Which of the first so many bodies are fixed.
-    fn anchors(&self, held: usize) -> Anchors {
+    pub(super) fn anchors(&self, held: usize) -> Anchors {
         let known = usize::try_from(self.body_count()).unwrap_or(usize::MAX);
         Anchors { ids: self.ids().take(held.min(known)).collect(), names: self.group_names(), fixed: self.fixed() }
     }
 
-    /// In a planar scene the points of a bond lie in the plane on each body as it is oriented.
+    /// In a planar scene the points and the directions of a bond lie in the plane on each body as it is oriented.
     pub(super) fn check_planar_bonds(&self, key: &Key) -> Result<(), SceneError> {
         let roster = self.roster();
         for (i, bond) in self.bonds.iter().enumerate() {
+            let key = key.index(i);
             for (end, (body, at)) in bond.bodies.into_iter().zip(bond.at).enumerate() {
-                let at = DVec3::from(at);
-                let out = |q: DQuat| (q * at).z.abs() > PLANAR_TOLERANCE * at.length();
-                let known = roster.body(body).and_then(|body| body.rotation);
-                if at != DVec3::ZERO && known.is_none_or(out) {
-                    let list = key.index(i);
-                    let message = format!(
-                        "is not in the plane on body {body}, as that is oriented; a rod's own axis, its z, is in the plane"
-                    );
-                    return Err(SceneError::bad(list.field("at").index(end), message));
-                }
+                roster.check_in_plane(&key.field("at").index(end), body, at.into())?;
+            }
+            let axes = bond.bending.and_then(|bending| bending.axes).into_iter().flatten();
+            for (end, (body, axis)) in bond.bodies.into_iter().zip(axes).enumerate() {
+                let bending = key.field("bending");
+                roster.check_in_plane(&bending.field("axes").index(end), body, axis.into())?;
             }
         }
         Ok(())
     }
 
-    /// All starting bodies as bonds know them; none in a scene without bonds.
-    fn roster(&self) -> Roster<'_> {
+    /// All starting bodies as bonds know them; none in a scene without bonds and joints.
+    pub(super) fn roster(&self) -> Roster<'_> {
         let mut roster = Roster { ends: Vec::new(), bodies: Vec::new(), count: self.body_count() };
-        if self.bonds.is_empty() && !self.generate.iter().any(|rule| matches!(rule, Generate::Chain(_))) {
+        if self.bonds.is_empty()
+            && self.joints.is_empty()
+            && !self.generate.iter().any(|rule| matches!(rule, Generate::Chain(_)))
+        {
             return roster;
         }
         for of in &self.bodies {
@@ -207,16 +221,16 @@ impl Scene {
         roster
     }
 
-    fn check_ends(
+    pub(super) fn check_ends(
         &self,
         key: &Key,
-        bond: &Bond,
+        bodies: [usize; 2],
         roster: &Roster,
         is_fixed: &dyn Fn(usize, Option<&str>) -> bool,
     ) -> Result<(), SceneError> {
         let list = key.field("bodies");
         let mut holds = [false; 2];
-        for (end, body) in bond.bodies.into_iter().enumerate() {
+        for (end, body) in bodies.into_iter().enumerate() {
             let Some(&Bonded { shape, group, .. }) = roster.body(body) else {
                 let count = roster.count;
                 let message = format!("there is no body {body}; the scene has {count} bodies, counted from 0");
@@ -229,16 +243,16 @@ impl Scene {
             }
             holds[end] = is_fixed(body, group);
         }
-        if bond.bodies[0] == bond.bodies[1] {
+        if bodies[0] == bodies[1] {
             return Err(SceneError::bad(list, "must be two different bodies"));
         }
         if holds == [true, true] {
-            return Err(SceneError::bad(list, "are both fixed, so the bond does nothing; omit it"));
+            return Err(SceneError::bad(list, "are both fixed, so nothing can move them; omit it"));
         }
         Ok(())
     }
 
-    fn check_bond_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
+    pub(super) fn check_bond_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
         let Some(period) = self.periods().shortest() else { return Ok(()) };
         if length >= 0.5 * period {
             let message = format!(
@@ -249,6 +263,40 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// A bending stiffness needs a direction on each body.
+fn check_bending(key: &Key, bond: &Bond) -> Result<(), SceneError> {
+    let Some(Bending { stiffness, axes }) = bond.bending else { return Ok(()) };
+    let key = key.field("bending");
+    if bond.implicit == Some(false) {
+        return Err(SceneError::bad(key, "conflicts with `implicit`, false: only an implicit bond has it"));
+    }
+    if !stiffness.is_infinite() {
+        let key = if axes.is_some() { key.field("stiffness") } else { key };
+        positive(&key, stiffness)?;
+    }
+    let Some(axes) = axes else {
+        let Some(end) = bond.at.iter().position(|at| *at == [0.0; 3]) else { return Ok(()) };
+        let message = format!(
+            "body {body} has no direction, since the bond is at its centre; write {{\"stiffness\": ..., \"axes\": \
+             [[x, y, z], [x, y, z]]}} with a direction on each body, or put `at` away from the centre",
+            body = bond.bodies[end]
+        );
+        return Err(SceneError::bad(key, message));
+    };
+    if bond.at == [[0.0; 3]; 2] && bond.length == 0.0 {
+        return Err(SceneError::bad(key, "needs an arm: `at` is at the centre of both bodies, and the length is 0"));
+    }
+    for (end, axis) in axes.iter().enumerate() {
+        let list = key.field("axes");
+        let key = list.index(end);
+        numbers(&key, axis)?;
+        if DVec3::from(*axis).length() < SMALLEST_NUMBER {
+            return Err(SceneError::bad(key, "is no direction"));
+        }
+    }
+    Ok(())
 }
 
 fn check_numbers(key: &Key, bond: &Bond) -> Result<(), SceneError> {

@@ -2,7 +2,7 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::{DivisionRule, Growth, Method, Scene, Stop};
+use super::super::{DaughterBond, DivisionRule, Growth, Method, Scene, Stop};
 use super::{MAX_BODIES, number, positive};
 use crate::digits::{at_least, at_most, exact, few};
 use crate::dynamics::MOST_LENGTH_NOISE;
@@ -61,6 +61,23 @@ impl Scene {
         Ok(())
     }
 
+    fn check_daughters(&self, key: &Key, bond: &DaughterBond) -> Result<(), SceneError> {
+        let finite = |value: f64| Some(value).filter(|value| !value.is_infinite());
+        let numbers = [
+            ("stiffness", finite(bond.stiffness)),
+            ("gap", bond.gap),
+            ("bending", bond.bending.and_then(finite)),
+            ("break_force", bond.break_force),
+        ];
+        for (name, value) in numbers {
+            value.map_or(Ok(()), |value| positive(&key.field(name), value))?;
+        }
+        if let Some(gap) = bond.gap {
+            self.check_bond_length(&key.field("gap"), gap)?;
+        }
+        self.check_supports(&Key::ROOT, &key.to_string())
+    }
+
     fn check_entry(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
         number(&key.field("rate"), growth.rate)?;
         if growth.rate < 0.0 {
@@ -75,6 +92,9 @@ impl Scene {
             return Err(SceneError::bad(key.field("rate"), message));
         }
         self.check_division_rule(key, growth)?;
+        if let Some(bond) = &growth.bond_daughters {
+            self.check_daughters(&key.field("bond_daughters"), bond)?;
+        }
         let turn = key.field("reorientation_degrees");
         number(&turn, growth.reorientation_degrees)?;
         if !(0.0..=180.0).contains(&growth.reorientation_degrees) {

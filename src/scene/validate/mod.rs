@@ -11,6 +11,7 @@ mod forces;
 mod friction;
 mod generate;
 mod growth;
+mod joints;
 mod patterns;
 mod periodic;
 mod planar;
@@ -75,6 +76,7 @@ impl Scene {
         self.check_solver(&root.field("solver"))?;
         self.check_forces(&root.field("forces"))?;
         self.check_bonds(root)?;
+        self.check_joints(root)?;
         self.check_thermal(root)?;
         self.check_flow(root)?;
         self.check_growth(&root.field("growth"))?;

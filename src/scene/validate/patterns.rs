@@ -89,6 +89,9 @@ impl Scene {
         if !chain.stiffness.is_infinite() {
             positive(&key.field("stiffness"), chain.stiffness)?;
         }
+        if let Some(bending) = chain.bending.filter(|bending| !bending.is_infinite()) {
+            positive(&key.field("bending"), bending)?;
+        }
         if let Some(gap) = chain.gap {
             number(&key.field("gap"), gap)?;
             if gap < 0.0 {

@@ -23,7 +23,8 @@ impl Scene {
         for (i, force) in self.forces.iter().enumerate() {
             self.check_planar_force(&root.field("forces").index(i), force, plane)?;
         }
-        self.check_planar_bonds(&root.field("bonds"))
+        self.check_planar_bonds(&root.field("bonds"))?;
+        self.check_planar_joints(&root.field("joints"))
     }
 
     fn check_planar_force(&self, key: &Key, force: &Force, plane: f64) -> Result<(), SceneError> {

@@ -68,6 +68,56 @@ fn bonds_alone_are_a_linear_system() {
     }
 }
 
+/// A beam: links of length 1 with a joint and a turn between next ones, the first body fixed. `twice` says each row
+/// again, as rows of a loop do.
+fn beam(links: usize, compliance: f64, twice: bool) -> Problem<3> {
+    let mut problem = Problem::<3> { bodies: links + 1, ..Problem::default() };
+    for link in 0..links {
+        let (free, phase) = (if link == 0 { 0.0 } else { 1.0 }, 1.7 * link as f64);
+        let rows = [
+            [[-free, 0.0, 0.0], [1.0, 0.0, 0.0]],
+            [[0.0, -free, -0.5 * free], [0.0, 1.0, -0.5]],
+            [[0.0, 0.0, -free], [0.0, 0.0, 1.0]],
+        ];
+        for (i, row) in rows.into_iter().enumerate() {
+            for _ in 0..if twice { 2 } else { 1 } {
+                problem.pair.push([link as u32, link as u32 + 1]);
+                problem.jacobian.push(row);
+                problem.q.push(1e-3 * (phase + i as f64).sin());
+                problem.cones.push(Cone::Linked);
+                problem.compliance.push(compliance);
+            }
+        }
+    }
+    problem
+}
+
+/// Iterations over pairs would take thousands for a beam, and not converge for a long one.
+#[test]
+fn linked_rows_are_eliminated_together() {
+    for (links, compliance, twice) in [(50, 0.0, false), (300, 0.0, false), (300, 1e-4, false), (50, 0.0, true)] {
+        let problem = beam(links, compliance, twice);
+        for kind in [SolverKind::Auto, SolverKind::PairBlockCg] {
+            let mut gamma = Vec::new();
+            let outcome = solver(kind, 1e-9).solve(&problem, &mut gamma);
+            println!("{links} links, {compliance}, twice {twice}: {outcome:?}");
+            assert!(outcome.status == Status::Solved && outcome.iterations <= 10, "{kind:?} {links}: {outcome:?}");
+            assert!(gradient(&problem, &gamma).iter().all(|g| g.abs() <= 1e-8), "{kind:?} {links}");
+        }
+    }
+}
+
+#[test]
+fn linked_rows_are_as_free_ones_beside_contacts() {
+    let free = chain(20, 1e-2, true);
+    let mut linked = free.clone();
+    linked.cones.iter_mut().filter(|cone| cone.is_free()).for_each(|cone| *cone = Cone::Linked);
+    for kind in KINDS {
+        let [a, b] = [&free, &linked].map(|problem| velocity(problem, &solve(kind, problem, 1e-10)));
+        assert!(farthest(&a, &b) < 1e-7, "{kind:?}: {:e}", farthest(&a, &b));
+    }
+}
+
 #[test]
 fn bonds_and_contacts_are_solved_together() {
     for compliance in [0.0, 1e-2] {

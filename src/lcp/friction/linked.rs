@@ -1,0 +1,151 @@
+//! Free rows that are solved together ([`Cone::Linked`](super::Cone)): their block of `A`, with the compliances on its
+//! diagonal, and its sparse Cholesky factor.
+//!
+//! A chain of bodies that resist bends is a beam, whose matrix has a condition number that grows with the fourth power
+//! of the number of its bodies: iterations over pairs take thousands of products for 50 bodies, and do not converge in
+//! f64 for many more. The factor of a chain is as sparse as the chain.
+
+use super::unit::Unit;
+use crate::lcp::product::{Product, dot};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side, Spec};
+
+/// Addition to the diagonal, as a part of each entry: rows of a loop say the same twice, and their matrix alone has no
+/// factor. The iterations correct it.
+const REGULARIZATION: f64 = 1e-11;
+
+/// The largest number of entries of the block and of its factor; with more, rows are solved pair by pair.
+const MOST_ENTRIES: usize = 20_000_000;
+
+/// The block of the rows that are solved together; none where there are no such rows, or it has no factor.
+#[derive(Default)]
+pub(super) struct Linked {
+    /// The rows, by their places in the solver's order.
+    rows: Vec<usize>,
+    /// The lower triangle: the offset of each column and the end, the row of each entry, and its value.
+    column: Vec<u32>,
+    entry: Vec<u32>,
+    value: Vec<f64>,
+    symbolic: Option<SymbolicCholesky<u32>>,
+    factor: Vec<f64>,
+    memory: Option<MemBuffer>,
+    right: Vec<f64>,
+}
+
+impl Linked {
+    /// Whether the rows of linked units are solved here.
+    pub fn is_some(&self) -> bool {
+        self.symbolic.is_some()
+    }
+
+    /// Takes the rows of a problem.
+    pub fn rebuild<const D: usize>(&mut self, product: &Product<D>, units: &[Unit], compliance: &[f64]) {
+        (self.symbolic, self.memory) = (None, None);
+        self.rows.clear();
+        self.rows.extend(units.iter().filter(|unit| unit.linked && unit.live).map(|unit| unit.rows().start));
+        if !self.rows.is_empty() && self.fill(product, compliance) {
+            // Without a factor the rows are solved pair by pair.
+            self.symbolic = self.factorized();
+        }
+    }
+
+    /// Makes the block; `false` where it is too large.
+    fn fill<const D: usize>(&mut self, product: &Product<D>, compliance: &[f64]) -> bool {
+        let (pair, jacobian) = (product.pair(), product.jacobian());
+        let moves = |row: usize, side: usize| jacobian[row][side].iter().any(|number| *number != 0.0);
+        // The rows of each body, by their places among those here.
+        let mut of_body: Vec<(u32, u32)> = Vec::new();
+        for (place, row) in (0..).zip(&self.rows) {
+            of_body.extend((0..2).filter(|side| moves(*row, *side)).map(|side| (pair[*row][side], place)));
+        }
+        of_body.sort_unstable();
+        let rows_of = |body: u32| {
+            let (start, end) = (of_body.partition_point(|of| of.0 < body), of_body.partition_point(|of| of.0 <= body));
+            &of_body[start..end]
+        };
+        self.column.clear();
+        self.entry.clear();
+        self.value.clear();
+        let mut below: Vec<u32> = Vec::new();
+        for (place, row) in (0..).zip(&self.rows) {
+            self.column.push(self.entry.len() as u32);
+            below.clear();
+            below.push(place);
+            for side in (0..2).filter(|side| moves(*row, *side)) {
+                below.extend(rows_of(pair[*row][side]).iter().map(|of| of.1).filter(|other| *other > place));
+            }
+            below.sort_unstable();
+            below.dedup();
+            if self.entry.len() + below.len() > MOST_ENTRIES {
+                return false;
+            }
+            for other in &below {
+                let with = self.rows[*other as usize];
+                let sides = [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter();
+                let shared = sides.filter(|(own, its)| pair[*row][*own] == pair[with][*its]);
+                let mut value: f64 = shared.map(|(own, its)| dot(&jacobian[*row][own], &jacobian[with][its])).sum();
+                if *other == place {
+                    value = (value + compliance[*row]) * (1.0 + REGULARIZATION);
+                }
+                self.entry.push(*other);
+                self.value.push(value);
+            }
+        }
+        self.column.push(self.entry.len() as u32);
+        true
+    }
+
+    /// The factor of the block, if it has one.
+    fn factorized(&mut self) -> Option<SymbolicCholesky<u32>> {
+        let n = self.rows.len();
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column, None, &self.entry);
+        let parameters = CholeskySymbolicParams::default();
+        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, parameters).ok()?;
+        if symbolic.len_val() > MOST_ENTRIES {
+            return None;
+        }
+        let memory = StackReq::or(
+            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
+            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
+        );
+        let mut memory = MemBuffer::try_new(memory).ok()?;
+        self.factor.clear();
+        self.factor.resize(symbolic.len_val(), 0.0);
+        let matrix = SparseColMatRef::new(pattern, &self.value);
+        let factor = symbolic.factorize_numeric_llt(
+            &mut self.factor,
+            matrix,
+            Side::Lower,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        );
+        factor.ok()?;
+        self.memory = Some(memory);
+        Some(symbolic)
+    }
+
+    /// `out = x - B^-1 g` of its rows, with the block `B`.
+    pub fn descend(&mut self, x: &[f64], g: &[f64], out: &mut [f64]) {
+        let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else { return };
+        self.right.clear();
+        self.right.extend(self.rows.iter().map(|row| g[*row]));
+        let n = self.rows.len();
+        let right = MatMut::from_column_major_slice_mut(&mut self.right, n, 1);
+        LltRef::new(symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(memory));
+        for (row, step) in self.rows.iter().zip(&self.right) {
+            out[*row] = x[*row] - step;
+        }
+    }
+
+    /// `out = w` of its rows: all numbers are multipliers.
+    pub fn project(&self, w: &[f64], out: &mut [f64]) {
+        self.rows.iter().for_each(|row| out[*row] = w[*row]);
+    }
+}
