@@ -34,6 +34,11 @@ impl<const D: usize> Product<D> {
         &self.pair
     }
 
+    /// The number of bodies.
+    pub fn bodies(&self) -> usize {
+        self.velocity.len()
+    }
+
     /// The rows of each body.
     pub fn incidence(&self) -> &Incidence {
         &self.incidence

@@ -1,5 +1,6 @@
 //! The solve: iterations with the corrections as they are, and corrections that follow the slips.
 
+use super::interior::Interior;
 use super::rows::{Frictional, Measured};
 use crate::lcp::apgd::Apgd;
 use crate::lcp::cone::worse;
@@ -18,7 +19,7 @@ const FOLLOWS: u32 = 20;
 const MOST_BETWEEN: u64 = 100;
 const LEAST_OF_CHANGE: f64 = 0.1;
 
-/// `auto` goes on with `apgd` where so many iterations of `pair_block_cg` did not halve the residual.
+/// `auto` goes on with the interior-point method, if the problem is not too large for it, and then with `apgd` where so many iterations of `pair_block_cg` did not halve the residual.
 const ITERATIONS_TO_HALVE: u64 = 600;
 
 /// And ends where so many of `apgd` did not: the law is then solved with its corrections held.
@@ -91,6 +92,7 @@ pub(crate) struct Friction<const D: usize> {
     rows: Frictional<D>,
     cg: PairBlockCg<Vec<f64>, f64>,
     apgd: Apgd<Frictional<D>>,
+    interior: Interior<D>,
     /// Whether `apgd` has the present problem.
     accelerated: bool,
 }
@@ -98,7 +100,7 @@ pub(crate) struct Friction<const D: usize> {
 impl<const D: usize> Friction<D> {
     pub fn new(kind: SolverKind) -> Self {
         let (rows, cg, apgd) = (Frictional::default(), PairBlockCg::new(), Apgd::new());
-        Friction { kind, rows, cg, apgd, accelerated: false }
+        Friction { kind, rows, cg, apgd, interior: Interior::default(), accelerated: false }
     }
 
     /// Leaves the corrections out.
@@ -169,24 +171,35 @@ impl<const D: usize> Friction<D> {
     }
 
     fn run(&mut self, gamma: &mut [f64], drive: &mut Drive<Vec<f64>>, settings: &Settings) -> Outcome {
+        self.interior.factorizations = 0;
         let (status, iterations, residual) = match self.rows.is_finite() {
             true => self.iterate(drive, settings),
             false => (Status::NotFinite, 0, f64::INFINITY),
         };
         self.rows.export(&drive.at.x, gamma);
         let products = self.rows.products();
-        Outcome { status, iterations, products, factorizations: 0, fallback: false, residual }
+        let factorizations = self.interior.factorizations;
+        Outcome { status, iterations, products, factorizations, fallback: factorizations > 0, residual }
     }
 
     fn iterate(&mut self, drive: &mut Drive<Vec<f64>>, settings: &Settings) -> (Status, u64, f64) {
-        let Friction { rows, cg, apgd, .. } = self;
+        let Friction { rows, cg, apgd, interior, .. } = self;
         let mut state;
         if self.accelerated {
             state = drive.begin(rows, apgd, settings);
         } else {
             state = drive.begin(rows, cg, settings);
             let patience = if self.kind == SolverKind::Auto { ITERATIONS_TO_HALVE } else { u64::MAX };
-            if let Some(status) = go(rows, drive, cg, &mut state, settings.tolerance, patience) {
+            let ended = go(rows, drive, cg, &mut state, settings.tolerance, patience);
+            let may = self.kind == SolverKind::Auto && interior.suits(rows);
+            if may && ended != Some(Status::Solved) {
+                let Progress { iterations, least, .. } = state.progress();
+                let residual = interior.run(rows, &mut drive.at.x, settings, least);
+                if residual <= settings.tolerance {
+                    return (Status::Solved, iterations + interior.factorizations, residual);
+                }
+            }
+            if let Some(status) = ended {
                 return drive.end(rows, &state, status);
             }
             self.accelerated = true;

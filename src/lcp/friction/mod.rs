@@ -43,6 +43,7 @@ mod block;
 mod cone;
 mod drive;
 mod follow;
+mod interior;
 mod linked;
 mod pairs;
 mod problem;

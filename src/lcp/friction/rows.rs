@@ -135,6 +135,28 @@ impl<const D: usize> Frictional<D> {
         }
     }
 
+    /// The units, in the order of rows here.
+    pub fn units(&self) -> &[Unit] {
+        &self.units
+    }
+
+    /// The rows of `J`.
+    pub fn product(&self) -> &Product<D> {
+        &self.product
+    }
+
+    /// What is added to the diagonal of `A`.
+    pub fn compliance(&self) -> &[f64] {
+        &self.compliance
+    }
+
+    /// The offset of a row of unit number `unit`, with its correction or without.
+    pub fn offset(&self, unit: usize, row: usize, corrected: bool) -> f64 {
+        let is_normal = row == self.units[unit].rows().start;
+        let correction = if is_normal && !corrected { self.follow.offset(unit) } else { 0.0 };
+        self.q[row] - correction
+    }
+
     /// Counts products from zero.
     pub fn restart_count(&mut self) {
         self.products = 0;
@@ -281,6 +303,10 @@ impl<const D: usize> Verbs for Frictional<D> {
             measured.cones = worse(measured.cones, cones);
             if self.relaxed || self.held || unit.mu == 0.0 {
                 law = worse(law, cones);
+                if !unit.free {
+                    // Beside a multiplier that grows without end the residual of an overlap is lost to rounding.
+                    law = worse(law, -g[0]);
+                }
                 continue;
             }
             let change = unit.mu * cone::tangential(g) - self.follow.offset(at);

@@ -3,6 +3,7 @@
 mod bonds;
 mod closed_forms;
 mod counts;
+mod interior;
 mod law;
 mod oracles;
 mod spheres;

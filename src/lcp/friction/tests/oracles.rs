@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Discs of radius 1 that nearly touch in a plane, in a loose square, with offsets at random.
-fn discs(seed: u64, side: u32, mu: f64) -> Problem<3> {
+pub fn discs(seed: u64, side: u32, mu: f64) -> Problem<3> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut problem = Problem { bodies: (side * side) as usize, ..Problem::default() };
     let mut add = |a: u32, b: u32, [x, y]: [f64; 2]| {
