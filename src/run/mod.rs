@@ -27,7 +27,7 @@ use crate::record::{
 };
 use crate::render::{Backdrop, View, picture};
 use crate::scene::{Scene, StopReason};
-use crate::simulation::{Compute, Simulation};
+use crate::simulation::{Compute, Rules, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap_but};
 use measured::Measures;
 use schedule::Schedule;
@@ -267,6 +267,11 @@ impl Run {
         self.simulation.add_force(force);
     }
 
+    /// Has cells grow and divide by these rules, which are not in the folder: a resumed run needs the same ones again.
+    pub fn set_rules(&mut self, rules: Box<dyn Rules>) {
+        self.simulation.set_rules(rules);
+    }
+
     /// Its folder.
     pub fn folder(&self) -> &Folder {
         &self.folder
@@ -302,6 +307,19 @@ impl Run {
         self.totals.add(&report, self.simulation.scene().contact.overlap_tolerance, wall);
         self.record(&report, wall)?;
         Ok(report)
+    }
+
+    /// Takes a step that failed by its user's own force or rule as not begun, as the user has interrupted it there: the
+    /// run is to be resumed.
+    ///
+    /// # Errors
+    /// A file that cannot be removed.
+    pub fn interrupted(&mut self) -> Result<(), RecordError> {
+        let last = self.folder.last();
+        match self.stopped.take() {
+            Some(_) if last.exists() => std::fs::remove_file(&last).map_err(RecordError::io(&last, "remove it")),
+            _ => Ok(()),
+        }
     }
 
     fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
