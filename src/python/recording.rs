@@ -151,8 +151,13 @@ impl Recording {
         let start = Start { out: out.as_deref(), resume, until, from };
         let begun = py.detach(|| threads.run(|| start.run(scene.0.clone(), &compute)));
         let mut run = begun.map_err(|no| refused(py, no))?;
+        let has_own = !forces.is_empty() || rules.is_some();
         forces.into_iter().for_each(|force| run.add_force(Box::new(force)));
         rules.into_iter().for_each(|rules| run.set_rules(Box::new(rules)));
+        if has_own {
+            // Its first checkpoint knows nothing of these.
+            py.detach(|| threads.run(|| run.checkpoint())).map_err(|no| refused(py, no.into()))?;
+        }
         every.into_iter().for_each(|every| run.checkpoint_every(every));
         let notes = run.notes().iter().cloned().chain(run.simulation().scene().warnings()).collect();
         let folder = run.folder().path().to_owned();

@@ -4,15 +4,19 @@ import csv
 import json
 import os
 import pathlib
+import shutil
 import signal
+import subprocess
 import tempfile
 import threading
 import time
 import unittest
 import unittest.mock
+import warnings
 
 import numpy as np
 import relcp
+from program import program as find_program
 from program import relcp as program
 
 # What depends on the clock, the machine's memory or the moment.
@@ -162,8 +166,19 @@ class Recorded(unittest.TestCase):
         self.assertEqual(half.status, "interrupted")
         self.assertFalse((half.path / "final.json").exists())
         self.assertIn(half.summary["steps"], [149, 150])
-        half.resume(**ruled)
+        other = self.place / "other"
+        shutil.copytree(half.path, other)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            half.resume(**ruled)
         self.assertEqual(half.summary["state_hash"], whole.summary["state_hash"])
+        # Nobody goes on without them unknowingly.
+        ran = subprocess.run(
+            [find_program(), "run", "--resume", "--out", other], capture_output=True, text=True, timeout=300
+        )
+        for own in ["forces", "rules"]:
+            self.assertIn(f"{own} of a user's own acted on this run and are not in its folder", ran.stderr)
+        self.assertNotEqual(relcp.Run(other).summary["state_hash"], whole.summary["state_hash"])
 
     def test_what_fails_is_raised_and_recorded(self):
         def failing(bodies):

@@ -16,8 +16,6 @@
 Lengths, times and forces are in the scene's own units. Orientations are [w, x, y, z], body axes to space.
 """
 
-import enum
-
 from ._relcp import (
     NO_GROUP,
     NO_PARENT,
@@ -39,11 +37,7 @@ from ._relcp import (
 )
 from ._relcp import measures as _measures
 from ._relcp import scenes as _scenes
-from ._relcp import shapes as _shapes
-from ._page import Page
 from ._rules import Cell, Cells
-from ._run import Pictures, Run, States, run
-from ._table import Table
 
 __all__ = [
     "NO_GROUP",
@@ -76,8 +70,25 @@ __all__ = [
     "scenes",
 ]
 
-Shape = enum.IntEnum("Shape", [(name, code) for name, code in _shapes()], module=__name__)
-Shape.__doc__ = "The shapes, as `shapes` has them: `simulation.shapes == relcp.Shape.TORUS`."
+# What is imported when it is first asked for, and its module; with it `import relcp` would take twice as long.
+_LATER = {
+    "Page": "_page", "Pictures": "_run", "Run": "_run", "Shape": "_shape", "States": "_run", "Table": "_table",
+    "run": "_run",
+}  # fmt: skip
+
+
+def __getattr__(name):
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    import importlib
+
+    found = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})
 
 
 def scenes():
