@@ -229,7 +229,7 @@ class Recorded(unittest.TestCase):
 
         terminal = unittest.mock.Mock(isatty=lambda: True)
         with unittest.mock.patch("tqdm.auto.tqdm", Bar), unittest.mock.patch("sys.stderr", terminal), \
-                unittest.mock.patch("relcp._run._UPDATE_EVERY", 0.0):  # fmt: skip
+                unittest.mock.patch("relcp._record._UPDATE_EVERY", 0.0):  # fmt: skip
             relcp.run(scene, self.place / "shown")
             relcp.run(scene, self.place / "silent", progress=False)
         self.assertEqual([(bar.n, bar.total) for bar in bars], [(500, 500)])

@@ -73,7 +73,7 @@ __all__ = [
 # What is imported when it is first asked for, and its module; with it `import relcp` would take twice as long.
 _LATER = {
     "Page": "_page", "Pictures": "_run", "Run": "_run", "Shape": "_shape", "States": "_run", "Table": "_table",
-    "run": "_run",
+    "run": "_record",
 }  # fmt: skip
 
 

@@ -1,8 +1,9 @@
 """The page of `relcp view` as an object that notebooks show."""
 
+import html
 import os
-
-# Other modules are imported where they are needed: they would be most of the time of `import relcp`.
+import pathlib
+import tempfile
 
 WIDTH, HEIGHT = "100%", 600
 
@@ -34,9 +35,6 @@ class Page:
 
     def save(self, path):
         """Writes the page, whole or not at all; returns its path."""
-        import pathlib
-        import tempfile
-
         path = pathlib.Path(path)
         handle, part = tempfile.mkstemp(prefix=".relcp-", suffix=".part", dir=path.parent)
         try:
@@ -53,8 +51,6 @@ class Page:
         return path
 
     def _repr_html_(self):
-        import html
-
         # The page needs its scripts, and nothing of the notebook around it.
         page, width, height = (html.escape(text, quote=True) for text in (self.html, self.width, self.height))
         style = f"width: {width}; height: {height}; border: 0"

@@ -1,17 +1,15 @@
-"""A run's folder, finished or running, and runs that Python records."""
+"""A run's folder, finished or running."""
 
+import json
 import os
-import sys
+import pathlib
+import warnings
 from collections.abc import Sequence
 
 from ._page import Page
-from ._relcp import RecordError, Recorded, Recording
+from ._relcp import RecordError, Recorded
 from ._table import Table
 
-# Other modules are imported where they are needed: they would be most of the time of `import relcp`.
-
-# Wall time of the steps between two updates of the progress, in seconds.
-_UPDATE_EVERY = 0.1
 # A state whose time is later than the one asked for by this part counts as of that time: the rounding of a sum.
 _ROUNDING = 1e-9
 
@@ -105,8 +103,6 @@ class Run:
     """
 
     def __init__(self, path):
-        import pathlib
-
         self.path = pathlib.Path(os.fspath(path))
         self._kept = {}
         self._recorded = Recorded(self.path)
@@ -144,8 +140,6 @@ class Run:
         text = self._recorded.summary()
         if text is None:
             raise RecordError(f"{path}: there is none yet; a run writes it when it ends or is interrupted")
-        import json
-
         try:
             return json.loads(text)
         except ValueError as no:
@@ -215,20 +209,20 @@ class Run:
         """Writes the states as "gsd", "vtk", "lammps" or "xyz" into the folder `path`, by default one of that name in
         the run's; returns the files, the one to open first. `cutoff` selects the contacts of "vtk"."""
         files, notes = self._recorded.export(format, path, cutoff, last)
-        _warn(notes)
+        warn(notes)
         return files
 
     def view(self, path=None, *, colour="orientation", every=1, start=None, end=None):
         """Writes the page of `relcp view`, by default `view.html` in the run's folder; returns its path. It has every
         `every`th state from time `start` to `end`."""
         file, notes = self._recorded.view(path, colour, every, start, end)
-        _warn(notes)
+        warn(notes)
         return file
 
     def show(self, width=None, height=None, *, colour="orientation", every=1, start=None, end=None):
         """The page of `relcp view` as an object that notebooks show, a `Page`, as `Simulation.show`."""
         page, notes = self._recorded.page(colour, every, start, end)
-        _warn(notes)
+        warn(notes)
         return Page(page, width, height)
 
     def render(self, time=None, width=960, height=None, **look):
@@ -254,6 +248,8 @@ class Run:
     def resume(self, *, until=None, **arguments):
         """Goes on with the run in its folder, to its end or to a later one, and returns it: `relcp.run` with
         `resume=True`."""
+        from ._record import run
+
         run(self.scene, self.path, resume=True, until=until, **arguments)
         return self.refresh()
 
@@ -264,85 +260,7 @@ class Run:
         return f"Run({os.fspath(self.path)!r}, {self.status})"
 
 
-def _warn(notes):
-    import warnings
-
+def warn(notes):
+    """Warns the user of the package's caller."""
     for note in notes:
         warnings.warn(note, RuntimeWarning, stacklevel=3)
-
-
-def _bar(shown, total, done):
-    """A bar of tqdm, where it is installed and somebody looks; else None."""
-    notebook = "ipykernel" in sys.modules
-    if not shown or not (notebook or (sys.stderr is not None and sys.stderr.isatty())):
-        return None
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-        return None
-    return tqdm(total=total, initial=done, unit="step")
-
-
-def run(
-    scene,
-    out=None,
-    *,
-    backend="cpu",
-    threads=None,
-    precision=None,
-    adapter=None,
-    resume=False,
-    until=None,
-    start_from=None,
-    start_time=None,
-    forces=(),
-    rules=None,
-    checkpoint_every=None,
-    progress=True,
-):
-    """Runs a scene to its end and records it, as `relcp run`: the same files with the same bits. Returns the `Run`.
-
-    `out` is its folder, which must be new or empty; by default a new one in `runs`, named after the scene. Ctrl-C ends
-    it between two steps, with a checkpoint: `relcp.run(scene, out, resume=True)`, `Run.resume` or the program go on to
-    the same bits. `until` is then a later end than the scene's. `start_from` is another run, whose last state that is
-    not later than `start_time` this one begins with, as `relcp run --from`.
-
-    `forces` are functions as for `Simulation.add_force`, `rules` an object as `Simulation.rules`. They are not in the
-    folder, so give them again to resume.
-
-    `checkpoint_every` is the wall time between checkpoints in seconds, a minute by default. `progress` shows a bar on a
-    terminal or in a notebook, where tqdm is installed. A run that a failed step stops raises SimulationError; its
-    folder has the state before that step.
-    """
-    if resume and out is None:
-        raise ValueError("resume: name the folder of the run as `out`")
-    if until is not None and not resume:
-        raise ValueError("until: a later end is for a run that is resumed; set time.end of the scene for a new one")
-    if start_time is not None and start_from is None:
-        raise ValueError("start_time: is a time of the run `start_from`")
-    if resume and start_from is not None:
-        raise ValueError("start_from: a run that is resumed has begun already")
-    origin = start_from.path if isinstance(start_from, Run) else start_from
-    recording = Recording(
-        scene, out, backend, threads, precision, adapter, resume, until,
-        None if origin is None else (origin, start_time), list(forces), rules, checkpoint_every,
-    )  # fmt: skip
-    _warn(recording.notes)
-    bar = None
-    try:
-        done = False
-        while not done:
-            steps, time, bodies, done = recording.advance(_UPDATE_EVERY)
-            if bar is None and not done:
-                bar = _bar(progress, scene.steps, steps)
-            if bar is not None:
-                bar.update(steps - bar.n)
-                bar.set_postfix(time=f"{time:.6g}", bodies=bodies, refresh=False)
-    except KeyboardInterrupt:
-        recording.finish()
-        raise
-    finally:
-        if bar is not None:
-            bar.close()
-    recording.finish()
-    return Run(recording.folder)

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 
 class Table(Mapping):
     """A table: `table["name"]` is a column, a read-only array with one number per row, a list for text.
@@ -35,13 +37,11 @@ class Table(Mapping):
 
     def to_pandas(self):
         """The table as a DataFrame. Raises ImportError without pandas."""
-        import numpy
-
         try:
             import pandas
         except ImportError as missing:
             raise ImportError("to_pandas needs pandas, which is not installed: pip install pandas") from missing
-        return pandas.DataFrame({name: numpy.array(values) for name, values in self._columns.items()})
+        return pandas.DataFrame({name: np.array(values) for name, values in self._columns.items()})
 
     def __repr__(self):
         return f"Table({self.n_rows} rows: {', '.join(self._columns)})"
