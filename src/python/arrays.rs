@@ -5,14 +5,30 @@ use glam::DVec3;
 use numpy::ndarray::Dimension;
 use numpy::{Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use serde::Serialize;
 
-/// The parent of a founder, as in state files.
-pub(super) const NO_PARENT: u64 = u64::MAX;
+/// The parent of a founder.
+pub(super) const NO_PARENT: i64 = -1;
+
+/// The group of a body without one.
+pub(super) const NO_GROUP: i32 = -1;
 
 /// One number per row.
 pub(super) fn column<T: Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyArray1<T>> {
     read_only(values.into_pyarray(py))
+}
+
+/// Named columns as a dict.
+pub(super) fn named<'py, T: Element>(
+    py: Python<'py>,
+    columns: impl IntoIterator<Item = (impl AsRef<str>, Vec<T>)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, values) in columns {
+        dict.set_item(name.as_ref(), column(py, values))?;
+    }
+    Ok(dict)
 }
 
 fn read_only<T: Element, D: Dimension>(array: Bound<'_, PyArray<T, D>>) -> Bound<'_, PyArray<T, D>> {

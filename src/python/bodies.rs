@@ -1,12 +1,14 @@
-//! Arrays of all bodies, for simulations and their forces.
+//! Arrays of all bodies, for simulations, their forces and recorded states.
 
-use super::arrays::{NO_PARENT, column, table, vectors};
+use super::arrays::{NO_GROUP, NO_PARENT, column, named, table, vectors};
 use crate::bodies::Bodies;
 use crate::dynamics::pressures;
 use crate::simulation::CellState;
 use crate::warm::Warm;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::Arc;
 
 pub(super) type Column<'py, T> = PyResult<Bound<'py, PyArray1<T>>>;
 pub(super) type Table<'py, T> = PyResult<Bound<'py, PyArray2<T>>>;
@@ -27,12 +29,38 @@ pub(super) fn sizes(bodies: &Bodies) -> Vec<[f64; 3]> {
     bodies.shape.iter().map(|shape| shape.code().1).collect()
 }
 
-pub(super) fn ids(bodies: &Bodies) -> Vec<u64> {
-    bodies.lineage.iter().map(|line| line.id).collect()
+pub(super) fn axes(bodies: &Bodies) -> Vec<[f64; 3]> {
+    bodies.orientation.iter().map(|q| (*q * glam::DVec3::Z).to_array()).collect()
 }
 
-pub(super) fn parents(bodies: &Bodies) -> Vec<u64> {
-    bodies.lineage.iter().map(|line| line.parent.unwrap_or(NO_PARENT)).collect()
+pub(super) fn shape_labels(bodies: &Bodies) -> Vec<&'static str> {
+    bodies.shape.iter().map(|shape| shape.name()).collect()
+}
+
+/// A group as Python has it.
+pub(super) fn group(of: u32) -> i32 {
+    i32::try_from(of).unwrap_or(NO_GROUP)
+}
+
+pub(super) fn groups(bodies: &Bodies) -> Vec<i32> {
+    bodies.group.iter().map(|own| group(*own)).collect()
+}
+
+pub(super) fn group_labels(bodies: &Bodies, names: &[String]) -> Vec<Option<String>> {
+    bodies.group.iter().map(|group| names.get(*group as usize).cloned()).collect()
+}
+
+/// An id as Python has it: ids count bodies, so they are far below the largest number.
+pub(super) fn id(of: u64) -> i64 {
+    i64::try_from(of).unwrap_or(i64::MAX)
+}
+
+pub(super) fn ids(bodies: &Bodies) -> Vec<i64> {
+    bodies.lineage.iter().map(|line| id(line.id)).collect()
+}
+
+pub(super) fn parents(bodies: &Bodies) -> Vec<i64> {
+    bodies.lineage.iter().map(|line| line.parent.map_or(NO_PARENT, id)).collect()
 }
 
 pub(super) fn births(bodies: &Bodies) -> Vec<f64> {
@@ -45,23 +73,25 @@ pub(super) fn generations(bodies: &Bodies) -> Vec<u32> {
 
 /// All bodies at the time at which a force or a rule is evaluated: the arrays of a `Simulation`, one row per body, each
 /// made when it is read. Every array is a read-only copy.
-#[pyclass(frozen, name = "Bodies", module = "relcp")]
+#[pyclass(frozen, subclass, name = "Bodies", module = "relcp")]
 pub(super) struct PyBodies {
-    bodies: Bodies,
-    time: f64,
-    /// The contact forces of the last step, for rules.
-    warm: Vec<Warm>,
+    pub(super) bodies: Bodies,
+    pub(super) time: f64,
+    /// The contact forces of the last step, for rules; empty where they are not known.
+    pub(super) warm: Vec<Warm>,
+    /// The names of the scene's groups.
+    group_names: Arc<[String]>,
 }
 
 impl PyBodies {
-    /// A copy of the bodies at a time.
-    pub fn new(bodies: &Bodies, time: f64) -> Self {
-        PyBodies { bodies: bodies.clone(), time, warm: Vec::new() }
+    /// Bodies at a time, with the contact forces of the last step.
+    pub fn new(bodies: Bodies, time: f64, warm: Vec<Warm>, group_names: Arc<[String]>) -> Self {
+        PyBodies { bodies, time, warm, group_names }
     }
 
     /// A copy of the bodies that rules see.
-    pub fn of_cells(state: &CellState<'_>) -> Self {
-        PyBodies { warm: state.warm().to_vec(), ..PyBodies::new(state.bodies, state.time) }
+    pub fn of_cells(state: &CellState<'_>, group_names: Arc<[String]>) -> Self {
+        PyBodies::new(state.bodies.clone(), state.time, state.warm().to_vec(), group_names)
     }
 }
 
@@ -92,7 +122,7 @@ impl PyBodies {
     /// (N, 3): the direction of each body's own z in space, the axis of a rod and of a ring.
     #[getter]
     fn axes<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
-        table(py, self.bodies.orientation.iter().map(|q| (*q * glam::DVec3::Z).to_array()).collect())
+        table(py, axes(&self.bodies))
     }
 
     /// (N, 3): velocities, length / time; under the overdamped law those of the last step.
@@ -125,20 +155,39 @@ impl PyBodies {
         table(py, sizes(&self.bodies))
     }
 
-    /// (N,) uint32: index into the scene's `group_names`; `relcp.NO_GROUP` for a body without a group.
+    /// The name of each body's shape, a list.
     #[getter]
-    fn groups<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
-        Ok(column(py, self.bodies.group.clone()))
+    fn shape_labels(&self) -> Vec<&'static str> {
+        shape_labels(&self.bodies)
     }
 
-    /// (N,) uint64: identities, unique over a run.
+    /// (N,) int32: index into the scene's `group_names`; `relcp.NO_GROUP`, -1, for a body without a group.
     #[getter]
-    fn ids<'py>(&self, py: Python<'py>) -> Column<'py, u64> {
+    fn groups<'py>(&self, py: Python<'py>) -> Column<'py, i32> {
+        Ok(column(py, groups(&self.bodies)))
+    }
+
+    /// The name of each body's group, a list; None for a body without one.
+    #[getter]
+    fn group_labels(&self) -> Vec<Option<String>> {
+        group_labels(&self.bodies, &self.group_names)
+    }
+
+    /// The columns of your own, (N,) each, by name.
+    #[getter]
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        named(py, self.bodies.columns.named().map(|(name, values)| (name, values.to_vec())))
+    }
+
+    /// (N,) int64: identities, unique over a run.
+    #[getter]
+    fn ids<'py>(&self, py: Python<'py>) -> Column<'py, i64> {
         Ok(column(py, ids(&self.bodies)))
     }
-    /// (N,) uint64: the id that divided into this one; `relcp.NO_PARENT` for a founder.
+
+    /// (N,) int64: the id that divided into this one; `relcp.NO_PARENT`, -1, for a founder.
     #[getter]
-    fn parents<'py>(&self, py: Python<'py>) -> Column<'py, u64> {
+    fn parents<'py>(&self, py: Python<'py>) -> Column<'py, i64> {
         Ok(column(py, parents(&self.bodies)))
     }
 

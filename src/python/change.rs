@@ -3,6 +3,7 @@
 use super::arrays::loads;
 use super::error::{fault, scene_fault};
 use super::scene::{DICT, dumps, from_text};
+use crate::bodies::NO_GROUP;
 use crate::scene::{Body, Scene};
 use crate::simulation::{Change, ChangeError, Values, Which};
 use glam::{DQuat, DVec3};
@@ -69,7 +70,8 @@ pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str, count: usize) -> PyR
 
 /// `count` groups by name or index; one stands for all.
 pub(super) fn groups(value: &Bound<'_, PyAny>, count: usize, scene: &Scene) -> PyResult<Vec<u32>> {
-    given(value.py(), "groups", (value, count, scene.group_names()))?.extract()
+    let own: Vec<i32> = given(value.py(), "groups", (value, count, scene.group_names()))?.extract()?;
+    Ok(own.into_iter().map(|group| u32::try_from(group).unwrap_or(NO_GROUP)).collect())
 }
 
 /// The change that gives bodies values. Groups come first, as they say who grows.

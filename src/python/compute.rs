@@ -98,7 +98,8 @@ pub(super) fn shared_threads_live() -> bool {
     *FIRST.get_or_init(std::process::id) == std::process::id()
 }
 
-fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+/// Warns the user.
+pub(super) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     let message = CString::new(message.replace('\0', " "))?;
     PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &message, 1)
 }

@@ -2,7 +2,7 @@
 
 use super::arrays::{column, table};
 use crate::bodies::Bodies;
-use crate::step::{State, contacts};
+use crate::step::contacts;
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use glam::DVec3;
@@ -23,15 +23,17 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// The pairs whose separation is at most `cutoff`, from the bodies alone, with the forces of the last step.
-    pub fn of(state: &State, cutoff: f64) -> Self {
-        let bodies = &state.bodies;
+    /// The pairs whose separation is at most `cutoff`, from the bodies alone, with the forces of the last step; NaN if
+    /// these are not known.
+    pub fn of(bodies: &Bodies, warm: Option<&[Warm]>, cutoff: f64) -> Self {
         let mut forces = HashMap::<[usize; 2], (f64, DVec3)>::new();
-        for Warm { pair, gamma, tangent, .. } in state.warm.iter().filter(|warm| surface_of(warm.pair[1]).is_none()) {
+        let near_bodies = warm.iter().copied().flatten().filter(|warm| surface_of(warm.pair[1]).is_none());
+        for Warm { pair, gamma, tangent, .. } in near_bodies {
             // A method with several rows per pair has a force for each.
             let force = forces.entry(pair.map(|body| body as usize)).or_default();
             *force = (force.0 + gamma, force.1 + tangent);
         }
+        let none = if warm.is_some() { (0.0, DVec3::ZERO) } else { (f64::NAN, DVec3::NAN) };
         let mut found = Pairs::default();
         for near in contacts(bodies, cutoff) {
             let [a, b] = near.bodies.map(|body| bodies.position[body]);
@@ -40,7 +42,7 @@ impl Pairs {
             found.normal.push(near.normal.to_array());
             found.point_a.push((a + near.levers[0]).to_array());
             found.point_b.push((b + near.levers[1]).to_array());
-            let (gamma, tangent) = forces.get(&near.bodies).copied().unwrap_or_default();
+            let (gamma, tangent) = forces.get(&near.bodies).copied().unwrap_or(none);
             found.gamma.push(gamma);
             found.force.push((gamma * near.normal + tangent).to_array());
         }

@@ -1,11 +1,15 @@
 //! Faults as Python's exceptions.
 
+use crate::export::ExportError;
 use crate::gpu::GpuError;
-use crate::record;
+use crate::measure::MeasureError;
+use crate::record::{self, StatesError};
+use crate::render::RenderError;
 use crate::scene::{self, FaultKind};
 use crate::step::Fault;
+use miette::Diagnostic;
 use pyo3::create_exception;
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(relcp, Error, PyException, "The base class of all exceptions of relcp.");
@@ -23,7 +27,7 @@ create_exception!(
     "A simulation could not be started, or a step failed. The simulation keeps its last accepted state."
 );
 create_exception!(relcp, DeviceError, Error, "There is no usable GPU, it does not support the scene, or it failed.");
-create_exception!(relcp, RecordError, Error, "A state file could not be read or written.");
+create_exception!(relcp, RecordError, Error, "A file of a run, or a state file, could not be read or written.");
 
 fn kind(kind: FaultKind) -> &'static str {
     match kind {
@@ -101,10 +105,51 @@ pub(super) fn device(fault: &GpuError) -> PyErr {
     DeviceError::new_err(fault.to_string())
 }
 
+/// A fault with its cause and its remedy.
+pub(super) fn told(fault: &dyn Diagnostic) -> String {
+    let cause = fault.source().map_or_else(String::new, |cause| format!(": {cause}"));
+    let help = fault.help().map_or_else(String::new, |help| format!("\n{help}"));
+    format!("{fault}{cause}{help}")
+}
+
 /// The fault of a file, with the system's error.
 pub(super) fn recorded(fault: &record::RecordError) -> PyErr {
+    RecordError::new_err(told(fault))
+}
+
+/// The fault of recorded states.
+pub(super) fn states(py: Python<'_>, fault: &StatesError) -> PyErr {
     match fault {
-        record::RecordError::Io { source, .. } => RecordError::new_err(format!("{fault}: {source}")),
-        fault => RecordError::new_err(fault.to_string()),
+        StatesError::Scene(fault) => scene_fault(py, fault, true),
+        fault => RecordError::new_err(told(fault)),
+    }
+}
+
+/// The fault of a picture or a page: of a file, or of an argument.
+pub(super) fn rendered(py: Python<'_>, fault: RenderError) -> PyErr {
+    match fault {
+        RenderError::States(fault) => states(py, &fault),
+        RenderError::Record(fault) => recorded(&fault),
+        fault @ (RenderError::NoState { .. } | RenderError::NoEncoder | RenderError::Encoder { .. }) => {
+            RecordError::new_err(told(&fault))
+        }
+        fault => PyValueError::new_err(told(&fault)),
+    }
+}
+
+/// The fault of measures over a run.
+pub(super) fn measured(py: Python<'_>, fault: MeasureError) -> PyErr {
+    match fault {
+        MeasureError::States(fault) => states(py, &fault),
+        fault @ MeasureError::Unknown { .. } => PyValueError::new_err(told(&fault)),
+        fault => RecordError::new_err(told(&fault)),
+    }
+}
+
+/// The fault of an export.
+pub(super) fn exported(py: Python<'_>, fault: ExportError) -> PyErr {
+    match fault {
+        ExportError::Scene(fault) => scene_fault(py, &fault, true),
+        fault => RecordError::new_err(told(&fault)),
     }
 }

@@ -67,21 +67,23 @@ impl ForceCalls {
 pub(super) struct PyForce {
     function: Py<PyAny>,
     force_calls: ForceCalls,
+    group_names: Arc<[String]>,
     /// The loads of its last evaluation.
     loads: RwLock<Vec<Load>>,
 }
 
 impl PyForce {
-    /// The force of a function.
-    pub fn new(function: Bound<'_, PyAny>, force_calls: ForceCalls) -> PyResult<Self> {
+    /// The force of a function, in a scene with these groups.
+    pub fn new(function: Bound<'_, PyAny>, force_calls: ForceCalls, group_names: Vec<String>) -> PyResult<Self> {
         if !function.is_callable() {
             return Err(PyTypeError::new_err("force: expected a function of a relcp.Bodies"));
         }
-        Ok(PyForce { function: function.unbind(), force_calls, loads: RwLock::default() })
+        let (function, group_names) = (function.unbind(), group_names.into());
+        Ok(PyForce { function, force_calls, group_names, loads: RwLock::default() })
     }
 
     fn evaluate(&self, py: Python<'_>, bodies: &Bodies, time: f64) -> PyResult<Vec<Load>> {
-        let seen = Bound::new(py, PyBodies::new(bodies, time))?;
+        let seen = Bound::new(py, PyBodies::new(bodies.clone(), time, Vec::new(), self.group_names.clone()))?;
         let given = self.function.bind(py).call1((seen,))?;
         let (forces, torques) = match given.cast::<PyTuple>() {
             Ok(pair) if pair.len() == 2 => (pair.get_item(0)?, Some(pair.get_item(1)?).filter(|t| !t.is_none())),

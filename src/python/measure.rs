@@ -1,26 +1,27 @@
-//! A measure of the present state, as a dict.
+//! A measure of a state, as a dict.
 
 use super::arrays::column;
-use crate::measure::{Found, Frame, LeftOut, Measure, Settings, View};
+use super::error::told;
+use crate::measure::{Found, Frame, LeftOut, Measure, Settings, View, select};
 use crate::record::Snapshot;
-use crate::simulation::Simulation;
-use crate::step::Fault;
+use crate::scene::Scene;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What a measure finds in the present state.
-pub(super) fn found(simulation: &Simulation, measure: &dyn Measure) -> Result<Result<Found, LeftOut>, Fault> {
-    let state = simulation.state()?;
-    let snapshot = Snapshot {
-        step: state.step,
-        time: simulation.time(),
-        bodies: state.bodies.clone(),
-        warm: Some(state.warm.clone()),
-        removed: state.removed.clone(),
-    };
-    let (scene, settings) = (simulation.scene(), Settings::default());
+/// The measure of a name.
+pub(super) fn named(name: &str) -> PyResult<&'static dyn Measure> {
+    match select(&[name.to_owned()]).map_err(|no| PyValueError::new_err(told(&no)))?[..] {
+        [measure] => Ok(measure),
+        _ => Err(PyValueError::new_err("name: expected the name of one measure")),
+    }
+}
+
+/// What a measure finds in a state of a scene.
+pub(super) fn found(scene: &Scene, state: &Snapshot, measure: &dyn Measure) -> Result<Found, LeftOut> {
+    let settings = Settings::default();
     let frame = Frame::of_scene(scene, scene.name.clone());
-    Ok(measure.of(&View::new(&snapshot, &frame, &settings)))
+    measure.of(&View::new(state, &frame, &settings))
 }
 
 /// It as values by column, with a remark, and with the profile where the measure has one.

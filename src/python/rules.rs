@@ -3,7 +3,7 @@
 //! The object's `update` and `divide`, where it has them, are called with the interpreter's lock on the thread that
 //! takes the step. What they see and set are the classes `Cells` and `Cell` of the package.
 
-use super::bodies::PyBodies;
+use super::bodies::{PyBodies, group};
 use super::change::{groups, numbers};
 use super::force::ForceCalls;
 use crate::scene::Scene;
@@ -54,10 +54,10 @@ impl PyRules {
             columns.set_item(name, values.clone().into_pyarray(py))?;
         }
         let arguments = (
-            Bound::new(py, PyBodies::of_cells(state))?,
+            Bound::new(py, PyBodies::of_cells(state, self.scene.group_names().into()))?,
             cells.rate.clone().into_pyarray(py),
             cells.division_length.clone().into_pyarray(py),
-            cells.group.clone().into_pyarray(py),
+            cells.group.iter().map(|own| group(*own)).collect::<Vec<_>>().into_pyarray(py),
             columns,
             self.scene.group_names(),
         );
@@ -76,12 +76,12 @@ impl PyRules {
     }
 
     fn seen<'py>(&self, py: Python<'py>, cell: &Cell) -> PyResult<Bound<'py, PyAny>> {
-        let group = self.scene.group_names().get(cell.group as usize).cloned();
+        let own_group = self.scene.group_names().get(cell.group as usize).cloned();
         let columns = PyDict::new(py);
         for (name, value) in &cell.columns {
             columns.set_item(name, value)?;
         }
-        let arguments = (cell.id, cell.length, cell.rate, cell.division_length, group, columns);
+        let arguments = (cell.id, cell.length, cell.rate, cell.division_length, own_group, columns);
         py.import(MODULE)?.getattr("Cell")?.call1(arguments)
     }
 

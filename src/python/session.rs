@@ -36,7 +36,8 @@ impl Threads {
         self.process == std::process::id() && (self.own.is_some() || shared_threads_live())
     }
 
-    fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+    /// Computes something on them.
+    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.own {
             Some(pool) => pool.install(work),
             None => work(),

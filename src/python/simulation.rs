@@ -1,26 +1,28 @@
 //! A simulation: steps with the interpreter's lock released, and copied arrays.
 
-use super::arrays::{column, json, table, vectors};
+use super::arrays::{column, json, named, table, vectors};
 use super::bodies::{self, Column, Table};
 use super::change::{bodies as bodies_of, refused, setting, which};
 use super::compute::Wanted;
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
-use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
+use super::error::{RecordError, SimulationError, fault, recorded, rendered, scene_fault};
 use super::force::{ForceCalls, PyForce};
 use super::limit::{StepLimit, asks_to_stop};
 use super::measure;
+use super::picture::{self, Look, Picture};
 use super::report::StepReport;
 use super::rules::PyRules;
 use super::scene::PyScene;
 use super::session::{End, Session, Threads};
 use crate::bodies::Bodies;
 use crate::error::Error;
-use crate::measure::select;
-use crate::record::{decode, read_state, scene_hash, state_hash};
+use crate::record::{Snapshot, decode, read_state, scene_hash, state_hash};
+use crate::render::still;
 use crate::run::Summary;
 use crate::scene::Scene;
 use crate::simulation::{CellValues, Change, Compute, Rules};
 use crate::step::{Fault, State};
+use crate::view::{Pages, page_of_state};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
@@ -166,6 +168,24 @@ impl PySimulation {
         self.compute(py, |session| session.cell_values())?.map_err(fault)
     }
 
+    /// The scene as it is now, and the present state as a recorded one.
+    fn present(&self, py: Python<'_>) -> PyResult<(Scene, Snapshot)> {
+        let present = self.compute(py, |session| {
+            let simulation = session.simulation();
+            simulation.state().map(|state| {
+                let snapshot = Snapshot {
+                    step: state.step,
+                    time: simulation.time(),
+                    bodies: state.bodies.clone(),
+                    warm: Some(state.warm.clone()),
+                    removed: state.removed.clone(),
+                };
+                (simulation.scene().clone(), snapshot)
+            })
+        })?;
+        present.map_err(fault)
+    }
+
     fn given(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Given>> {
         let given = self.given.lock_py_attached(py);
         given.map_err(|_| SimulationError::new_err("an internal fault ended this simulation"))
@@ -302,7 +322,8 @@ impl PySimulation {
     /// a GPU it is called on the host, with a state that is read back in each step. Its exception ends the step and is
     /// raised by `step` or `run`, with the state before that step. It cannot use this simulation.
     fn add_force(&self, py: Python<'_>, force: Bound<'_, PyAny>) -> PyResult<()> {
-        let made = PyForce::new(force.clone(), self.force_calls.clone())?;
+        let group_names = self.session(py)?.simulation().scene().group_names();
+        let made = PyForce::new(force.clone(), self.force_calls.clone(), group_names)?;
         self.session(py)?.add_force(Box::new(made));
         self.given(py)?.forces.push(force.unbind());
         Ok(())
@@ -360,10 +381,10 @@ impl PySimulation {
 
     /// Adds bodies, dicts as in a scene's `bodies`, after all others; returns their ids. They are born now, in groups
     /// that bodies of the scene start in. Raises SceneError with the key of the fault.
-    fn add<'py>(&self, py: Python<'py>, bodies: &Bound<'py, PyAny>) -> Column<'py, u64> {
+    fn add<'py>(&self, py: Python<'py>, bodies: &Bound<'py, PyAny>) -> Column<'py, i64> {
         let scene = self.session(py)?.simulation().scene().clone();
         let change = Change::new().add_bodies(bodies_of(bodies, &scene)?);
-        Ok(column(py, self.change(py, &change)?))
+        Ok(column(py, self.change(py, &change)?.into_iter().map(bodies::id).collect()))
     }
 
     /// Removes the bodies of `of` (indices, a slice or a mask), or those with these `ids`.
@@ -401,11 +422,52 @@ impl PySimulation {
     /// A measure of the present state by its name, as `relcp measure` has it: a dict of values by column (None where
     /// undefined), `remark` (why a part is missing, or None), and for a measure with a profile `profile`, a dict of
     /// arrays.
-    fn measure<'py>(&self, py: Python<'py>, name: String) -> PyResult<Bound<'py, PyDict>> {
-        let chosen = select(&[name]).map_err(|no| PyValueError::new_err(no.to_string()))?;
-        let [measure] = chosen[..] else { return Err(PyValueError::new_err("name: expected the name of one measure")) };
-        let found = self.compute(py, |session| session.compute(|simulation| measure::found(simulation, measure)))?;
-        measure::dict(py, measure, found.map_err(fault)?)
+    fn measure<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
+        let measure = measure::named(name)?;
+        let (scene, state) = self.present(py)?;
+        let found = self.compute(py, |session| session.compute(|_| measure::found(&scene, &state, measure)))?;
+        measure::dict(py, measure, found)
+    }
+
+    /// A picture of the present state as `relcp render` draws it: (height, width, 4) uint8, red, green, blue, opacity.
+    ///
+    /// `height` is by default nine sixteenths of `width`. `view` is "top", "front", "right" or "oblique"; by default
+    /// "top" for a planar scene. `colour` is the quantity that colours show, `range` the two ends of its scale,
+    /// `background` "white", "dark" or "transparent"; `words` writes time, numbers and scales into it.
+    #[pyo3(signature = (width=960, height=None, *, view=None, colour="orientation", range=None, background="white", words=true))]
+    #[allow(clippy::too_many_arguments)]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        width: u32,
+        height: Option<u32>,
+        view: Option<&str>,
+        colour: &str,
+        range: Option<[f64; 2]>,
+        background: &str,
+        words: bool,
+    ) -> PyResult<Picture<'py>> {
+        let frames = Look { width, height, view, colour, range, background, words }.frames()?;
+        let (scene, state) = self.present(py)?;
+        let drawn = self.compute(py, |session| session.compute(|_| still(&scene, state, &frames)))?;
+        picture::array(py, drawn.map_err(|no| rendered(py, no))?)
+    }
+
+    /// The page of `relcp view` of the present state, as an object that notebooks show; `save` writes it. `width` and
+    /// `height` are in pixels, or text such as "100%".
+    #[pyo3(signature = (width=None, height=None, *, colour="orientation"))]
+    fn show<'py>(
+        &self,
+        py: Python<'py>,
+        width: Option<Bound<'py, PyAny>>,
+        height: Option<Bound<'py, PyAny>>,
+        colour: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let pages = Pages { colour: picture::quantity(colour)?, ..Pages::default() };
+        let (scene, state) = self.present(py)?;
+        let made = self.compute(py, |session| session.compute(|_| page_of_state(&scene, state, &pages)))?;
+        let (page, viewed) = made.map_err(|no| rendered(py, no))?;
+        picture::page(py, page, &viewed.notes, width, height)
     }
 
     /// (N,): relative growth rates without pressure; zero for a body that does not grow.
@@ -423,24 +485,20 @@ impl PySimulation {
     /// The columns of your own, (N,) each, by name.
     #[getter]
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let columns = PyDict::new(py);
-        for (name, values) in self.cells(py)?.columns {
-            columns.set_item(name, column(py, values))?;
-        }
-        Ok(columns)
+        named(py, self.cells(py)?.columns)
     }
 
     /// The name of each body's shape, a list.
     #[getter]
     fn shape_labels(&self, py: Python<'_>) -> PyResult<Vec<&'static str>> {
-        self.bodies(py, |bodies| bodies.shape.iter().map(|shape| shape.name()).collect())
+        self.bodies(py, bodies::shape_labels)
     }
 
     /// The name of each body's group, a list; None for a body without one.
     #[getter]
     fn group_labels(&self, py: Python<'_>) -> PyResult<Vec<Option<String>>> {
         let names = self.session(py)?.simulation().scene().group_names();
-        self.bodies(py, |bodies| bodies.group.iter().map(|group| names.get(*group as usize).cloned()).collect())
+        self.bodies(py, |bodies| bodies::group_labels(bodies, &names))
     }
 
     /// The number of bodies after the last accepted step.
@@ -592,21 +650,21 @@ impl PySimulation {
         table(py, self.bodies(py, bodies::sizes)?)
     }
 
-    /// (N,) uint32: index into the scene's `group_names`; `relcp.NO_GROUP` for a body without a group.
+    /// (N,) int32: index into the scene's `group_names`; `relcp.NO_GROUP`, -1, for a body without a group.
     #[getter]
-    fn groups<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
-        Ok(column(py, self.bodies(py, |bodies| bodies.group.clone())?))
+    fn groups<'py>(&self, py: Python<'py>) -> Column<'py, i32> {
+        Ok(column(py, self.bodies(py, bodies::groups)?))
     }
 
-    /// (N,) uint64: identities, unique over a run; a division ends one and begins two.
+    /// (N,) int64: identities, unique over a run; a division ends one and begins two.
     #[getter]
-    fn ids<'py>(&self, py: Python<'py>) -> Column<'py, u64> {
+    fn ids<'py>(&self, py: Python<'py>) -> Column<'py, i64> {
         Ok(column(py, self.bodies(py, bodies::ids)?))
     }
 
-    /// (N,) uint64: the id that divided into this one; `relcp.NO_PARENT` for a founder.
+    /// (N,) int64: the id that divided into this one; `relcp.NO_PARENT`, -1, for a founder.
     #[getter]
-    fn parents<'py>(&self, py: Python<'py>) -> Column<'py, u64> {
+    fn parents<'py>(&self, py: Python<'py>) -> Column<'py, i64> {
         Ok(column(py, self.bodies(py, bodies::parents)?))
     }
 
@@ -634,7 +692,9 @@ impl PySimulation {
     fn contacts(&self, py: Python<'_>, cutoff: f64) -> PyResult<Contacts> {
         let cutoff = checked(cutoff)?;
         let found = self.compute(py, |session| {
-            session.compute(|simulation| simulation.state().map(|state| Pairs::of(state, cutoff)))
+            session.compute(|simulation| {
+                simulation.state().map(|state| Pairs::of(&state.bodies, Some(&state.warm), cutoff))
+            })
         })?;
         Contacts::new(py, found.map_err(fault)?)
     }

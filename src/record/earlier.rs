@@ -27,6 +27,12 @@ pub struct EarlierRun {
 }
 
 impl EarlierRun {
+    /// The status of the run in a folder; none without a checkpoint.
+    pub fn state_of(path: &Path) -> Option<EarlierState> {
+        let folder = Folder::view(path);
+        last_checkpoint(&folder).map(|changed| state(&folder, changed))
+    }
+
     /// The runs in the folder `parent`, the newest checkpoint first. With a name: only runs of scenes of this name, by
     /// their folders' names ([`Folder::create_in`]). An unreadable folder has no runs.
     pub fn all_in(parent: &Path, name: Option<&str>) -> Vec<EarlierRun> {
@@ -117,6 +123,8 @@ mod tests {
         let checkpoint = File::options().write(true).open(parent.join("colony-2/checkpoint.npz")).unwrap();
         checkpoint.set_modified(later).unwrap();
         assert_eq!(found(Some("colony"))[0].1, unfinished);
+        assert_eq!(EarlierRun::state_of(&parent.join("colony-2")), Some(unfinished));
+        assert_eq!(EarlierRun::state_of(&parent.join("empty")), None);
         let held = File::open(killed.steps()).unwrap();
         held.lock().unwrap();
         assert_eq!(found(Some("colony"))[1].1, EarlierState::Running);

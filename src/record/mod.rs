@@ -33,6 +33,7 @@ mod parent;
 pub(crate) mod rows;
 mod states;
 pub(crate) mod steps;
+mod table;
 #[cfg(test)]
 mod tests;
 mod totals;
@@ -53,4 +54,5 @@ pub use parent::Parent;
 pub(crate) use states::scene_of;
 pub use states::{Snapshot, States, Watch};
 pub use steps::{COLUMNS, StepRow};
+pub use table::{Table, TableColumn};
 pub use totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};

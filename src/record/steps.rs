@@ -15,6 +15,10 @@ macro_rules! rows {
         /// The columns, in their order.
         pub const COLUMNS: &[&str] = &[$($(column!($name $column),)?)* "wall_seconds"];
 
+        /// The types of the columns.
+        pub(super) const TYPES: &[(&str, &str)] =
+            &[$($((stringify!($name), stringify!($column)),)?)* ("wall_seconds", "f64")];
+
         /// The columns that files of earlier versions lack, the newest last, and what their rows have there.
         const ADDED: &[(&str, &str)] = &[$($($((stringify!($name), $absent),)?)?)*];
 

@@ -127,6 +127,9 @@ macro_rules! totals {
                 #[serde(default)]
                 pub $total: f64,
             )?)*
+            /// What of a user's own acted on it, and is not in its folder: "forces", "rules".
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            pub own: Vec<String>,
             /// Largest overlap of sub-spheres that a step left, where the method has them.
             pub proxy_overlap: Option<f64>,
             /// Steps that left more than the overlap tolerance.

@@ -4,7 +4,7 @@
 //! family (`intersect`). A picture's bytes are the same for any number of threads. A device may cast the rays
 //! ([`Rays`]).
 //!
-//! [`picture`] draws bodies, [`render`](fn@render) a run's states, and [`fn@movie`] makes a movie of them.
+//! [`picture`] draws bodies, [`render`](fn@render) a run's states into files, [`Reel`] in memory, and [`fn@movie`] makes a movie.
 
 mod animation;
 mod backdrop;
@@ -25,6 +25,7 @@ mod rays;
 #[cfg(not(feature = "gpu"))]
 #[path = "rays_absent.rs"]
 mod rays;
+mod reel;
 mod scale;
 mod scale_bar;
 mod shade;
@@ -42,6 +43,7 @@ pub use image::Image;
 pub use movie::{ENDINGS, Encoder, MovieKind, movie};
 pub use quantity::Quantity;
 pub use rays::Rays;
+pub use reel::{Reel, still};
 pub use scale::Scale;
 
 use crate::bodies::Bodies;

@@ -156,8 +156,7 @@ impl Painter<'_> {
         folder: &Path,
         watch: Watch<'_>,
     ) -> Result<Vec<RenderedFrame>, RenderError> {
-        let together = seen.iter().fold(Extent::NONE, |all, state| all.with(state.extent));
-        let scale = seen.iter().filter_map(|state| state.scale).reduce(Scale::with);
+        let (together, scale) = Painter::together(seen);
         let pixels = self.size[0] as usize * self.size[1] as usize;
         let at_a_time = rayon::current_num_threads().min(MEMORY / (MEMORY_A_PIXEL * pixels)).max(1);
         let mut drawn = Vec::new();
@@ -193,7 +192,12 @@ impl Painter<'_> {
         let colours = scale::colours(self.frames.colour, &state.bodies, &values, scale);
         let bodies = state.bodies.wrapped();
         let bytes = match self.frames.format {
-            Format::Png => self.pixels(&state, &bodies, camera, &colours, scale)?,
+            Format::Png => {
+                let mut bytes = Vec::new();
+                let image = self.pixels(&state, &bodies, camera, &colours, scale)?;
+                image.encode(&mut bytes).map_err(RecordError::io(Path::new(FOLDER), "pack a picture"))?;
+                bytes
+            }
             format => self
                 .vectors(&state, &bodies, camera, &colours, scale)
                 .file(format)
@@ -212,7 +216,22 @@ impl Painter<'_> {
         })
     }
 
-    /// The picture of a state in pixels, as PNG.
+    /// The extent and the colour scale of all states together.
+    pub fn together(seen: &[ScannedState]) -> (Extent, Option<Scale>) {
+        let extent = seen.iter().fold(Extent::NONE, |all, state| all.with(state.extent));
+        (extent, seen.iter().filter_map(|state| state.scale).reduce(Scale::with))
+    }
+
+    /// The picture of a scanned state, in pixels.
+    pub fn draw_alone(&self, seen: &ScannedState, extent: Extent, scale: Option<Scale>) -> Result<Image, RenderError> {
+        let state = self.states.read(seen.index)?;
+        let values = self.values(seen.index, &state)?;
+        let colours = scale::colours(self.frames.colour, &state.bodies, &values, scale);
+        let camera = extent.fit(axes_from(self.side), self.size);
+        self.pixels(&state, &state.bodies.wrapped(), &camera, &colours, scale)
+    }
+
+    /// The picture of a state in pixels.
     fn pixels(
         &self,
         state: &Snapshot,
@@ -220,7 +239,7 @@ impl Painter<'_> {
         camera: &Camera,
         colours: &[Vec3],
         scale: Option<Scale>,
-    ) -> Result<Vec<u8>, RenderError> {
+    ) -> Result<Image, RenderError> {
         let [width, height] = self.size;
         let view = View {
             width,
@@ -247,13 +266,10 @@ impl Painter<'_> {
             }
             Ok::<_, RenderError>(image)
         };
-        let image = match self.frames.background {
+        Ok(match self.frames.background {
             Background::Transparent => Image::between(paint(inks_on(WHITE))?, &paint(inks_on(BLACK))?),
             background => paint(background.ink_and_paper())?,
-        };
-        let mut bytes = Vec::new();
-        image.encode(&mut bytes).map_err(RecordError::io(Path::new(FOLDER), "pack a picture"))?;
-        Ok(bytes)
+        })
     }
 
     /// The picture of a state as vectors.

@@ -177,6 +177,12 @@ impl Scene {
         last.map_or(self.time, |changed| changed.scene.time).after(step)
     }
 
+    /// The scene by which the state after these steps was made, with the changes before it.
+    #[cfg(feature = "python")]
+    pub(crate) fn after(&self, step: u64) -> Option<Scene> {
+        self.all_changed().take_while(|changed| changed.step < step).last().map(|changed| changed.scene)
+    }
+
     /// Checks `changes`: their order, their keys, and that the scene after each is valid.
     pub(super) fn check_changes(&self) -> Result<(), SceneError> {
         let mut scene = None;

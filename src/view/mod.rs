@@ -31,6 +31,7 @@ pub use places::Errors;
 use crate::measure::{Frame, Settings, View, scene_behind};
 use crate::record::{Snapshot, States, Watch, durable};
 use crate::render::{Quantity, RenderError};
+use crate::scene::Scene;
 use crate::walls::Walls;
 use bodies::Table;
 use columns::Block;
@@ -107,32 +108,86 @@ pub fn view(
     path: &Path,
     watch: Watch<'_>,
 ) -> Result<Viewed, RenderError> {
+    let (page, viewed) = page_of_run(source, states, pages, watch)?;
+    durable::write(path, &page)?;
+    Ok(viewed)
+}
+
+/// The page of [`fn@view`] itself, in UTF-8.
+///
+/// # Errors
+/// As [`fn@view`].
+pub fn page_of_run(
+    source: impl AsRef<Path>,
+    states: &States,
+    pages: &Pages,
+    watch: Watch<'_>,
+) -> Result<(Vec<u8>, Viewed), RenderError> {
     let source = source.as_ref();
     let frame = Frame::of(source, states)?;
     let scene = scene_behind(source)?.map(|(scene, _)| scene);
-    let chosen = Chosen::of(states, pages, &mut *watch)?;
-    let (steps, lost) = steps::read(source, pages);
-    let walls = scene.as_ref().map_or_else(Walls::default, |scene| Walls::new(&scene.walls, frame.planar));
-    let mut packer = Packer::new(&chosen);
-    let mut notes = states.notes().to_vec();
-    notes.extend(lost);
-    for part in chosen.indices.chunks(rayon::current_num_threads().max(1)) {
-        if !watch(packer.headers.len(), chosen.indices.len()) {
-            return Err(RenderError::Stopped { done: packer.headers.len(), all: chosen.indices.len() });
+    let steps = steps::read(source, pages);
+    Joined { states, frame, scene: scene.as_ref(), steps, pages }.page(watch)
+}
+
+/// The page of one state of `scene`, in UTF-8, such as that of a simulation between two steps.
+///
+/// ```
+/// use relcp::Scene;
+/// use relcp::record::Snapshot;
+/// use relcp::view::{Pages, page_of_state};
+/// let scene = Scene::built_in("three-capsules")?;
+/// let state = Snapshot { step: 0, time: 0.0, bodies: scene.build()?, warm: None, removed: Vec::new() };
+/// let (page, viewed) = page_of_state(&scene, state, &Pages::default())?;
+/// assert_eq!((page.len() as u64, viewed.states, viewed.bodies), (viewed.bytes, 1, 3));
+/// # Ok::<(), relcp::Error>(())
+/// ```
+///
+/// # Errors
+/// A [`RenderError`].
+pub fn page_of_state(scene: &Scene, state: Snapshot, pages: &Pages) -> Result<(Vec<u8>, Viewed), RenderError> {
+    let states = States::single(&scene.name, state);
+    let frame = Frame::of_scene(scene, scene.name.clone());
+    Joined { states: &states, frame, scene: Some(scene), steps: (None, None), pages }.page(&mut |_, _| true)
+}
+
+/// What a page is made of.
+struct Joined<'a> {
+    states: &'a States,
+    frame: Frame,
+    scene: Option<&'a Scene>,
+    /// The plot of steps, and what is to be said of it.
+    steps: (Option<steps::Steps>, Option<String>),
+    pages: &'a Pages,
+}
+
+impl Joined<'_> {
+    fn page(self, watch: Watch<'_>) -> Result<(Vec<u8>, Viewed), RenderError> {
+        let Joined { states, frame, scene, steps: (steps, lost), pages } = self;
+        let chosen = Chosen::of(states, pages, &mut *watch)?;
+        let walls = scene.map_or_else(Walls::default, |scene| Walls::new(&scene.walls, frame.planar));
+        let mut packer = Packer::new(&chosen);
+        let mut notes = states.notes().to_vec();
+        notes.extend(lost);
+        for part in chosen.indices.chunks(rayon::current_num_threads().max(1)) {
+            if !watch(packer.headers.len(), chosen.indices.len()) {
+                return Err(RenderError::Stopped { done: packer.headers.len(), all: chosen.indices.len() });
+            }
+            let one = |&index: &usize| prepare(states, index, &frame, &walls, chosen.indices.len());
+            for prepared in part.par_iter().map(one).collect::<Result<Vec<_>, RenderError>>()? {
+                packer.add(prepared);
+            }
+            packer.pack();
         }
-        let one = |&index: &usize| prepare(states, index, &frame, &walls, chosen.indices.len());
-        for prepared in part.par_iter().map(one).collect::<Result<Vec<_>, RenderError>>()? {
-            packer.add(prepared);
-        }
-        packer.pack();
+        watch(chosen.indices.len(), chosen.indices.len());
+        notes.extend(packer.notes());
+        let viewed =
+            Viewed { bytes: 0, states: chosen.indices.len(), bodies: chosen.most, errors: packer.errors, notes };
+        let header = Header::new(states.name(), pages, &frame, scene, &chosen, &packer, steps, &viewed);
+        let bytes = page::joined(&header, &packer)?;
+        let viewed = Viewed { bytes: bytes.len() as u64, ..viewed };
+        Ok((bytes, viewed))
     }
-    watch(chosen.indices.len(), chosen.indices.len());
-    notes.extend(packer.notes());
-    let viewed = Viewed { bytes: 0, states: chosen.indices.len(), bodies: chosen.most, errors: packer.errors, notes };
-    let header = Header::new(states.name(), pages, &frame, scene.as_ref(), &chosen, &packer, steps, &viewed);
-    let bytes = page::joined(&header, &packer)?;
-    durable::write(path, &bytes)?;
-    Ok(Viewed { bytes: bytes.len() as u64, ..viewed })
 }
 
 /// Reads a state and computes the colour quantity and the contacts.

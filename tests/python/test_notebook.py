@@ -1,40 +1,62 @@
-"""The example notebook: its cells run, and its page in the documentation has the same code."""
+"""The example notebooks: their cells run, and their pages in the documentation have the same code."""
 
 import importlib.util
 import json
 import pathlib
 import unittest
 
+import numpy as np
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+DRAWS = importlib.util.find_spec("matplotlib") is not None
 
 
-def cells(kind):
-    notebook = json.loads((ROOT / "examples" / "swimmers.ipynb").read_text(encoding="utf-8"))
+def cells(name, kind):
+    notebook = json.loads((ROOT / "examples" / f"{name}.ipynb").read_text(encoding="utf-8"))
     return ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == kind]
 
 
-class Notebook(unittest.TestCase):
-    def test_its_cells_run(self):
-        draws = importlib.util.find_spec("matplotlib") is not None
-        if draws:
-            import matplotlib
+def run(name):
+    """Runs a notebook's cells, without those that draw where nothing can; returns its names and how many ran."""
+    if DRAWS:
+        import matplotlib
 
-            matplotlib.use("Agg")
-        names, ran = {}, 0
-        for source in cells("code"):
-            if draws or "plt" not in source:
-                exec(compile(source, "swimmers.ipynb", "exec"), names)
-                ran += 1
+        matplotlib.use("Agg")
+    names, ran = {}, 0
+    for source in cells(name, "code"):
+        if not DRAWS:
+            source = source.replace("import matplotlib.pyplot as plt\n", "")
+        if DRAWS or "plt" not in source:
+            exec(compile(source, f"{name}.ipynb", "exec"), names)
+            ran += 1
+    return names, ran
+
+
+class Notebooks(unittest.TestCase):
+    def test_swimmers(self):
+        names, ran = run("swimmers")
         self.assertGreaterEqual(ran, 4)
         self.assertEqual(names["summary"]["status"], "done")
         # Of random directions the mean cosine is under a half, of those that turned it is not.
         self.assertLess(names["order"][0], 0.5)
         self.assertGreater(names["order"][-1], 0.7)
 
-    def test_its_page_is_of_this_notebook(self):
-        page = (ROOT / "docs" / "notebook" / "swimmers.md").read_text(encoding="utf-8")
-        for source in cells("code") + cells("markdown"):
-            self.assertIn(source.rstrip(";"), page)
+    def test_crowding(self):
+        names, ran = run("crowding")
+        self.assertGreaterEqual(ran, 4)
+        self.assertEqual(names["summary"]["status"], "done")
+        last, distances = names["last"], names["distances"]
+        resting = last.groups == 1
+        self.assertTrue(10 < resting.sum() < len(last) - 10, resting.sum())
+        # The inner cells rest, and a resting cell stays one.
+        self.assertLess(distances[resting].mean(), 0.8 * distances[~resting].mean())
+        self.assertTrue((np.asarray(names["summary"]["max_overlap"]) < 1e-5).all())
+
+    def test_their_pages_are_of_these_notebooks(self):
+        for name in ["swimmers", "crowding"]:
+            page = (ROOT / "docs" / "notebook" / f"{name}.md").read_text(encoding="utf-8")
+            for source in cells(name, "code") + cells(name, "markdown"):
+                self.assertIn(source.rstrip(";"), page)
 
 
 if __name__ == "__main__":

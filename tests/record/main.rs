@@ -5,6 +5,7 @@ mod branch;
 mod changes;
 mod killed;
 mod lcps;
+mod own;
 mod runs;
 
 use relcp::run::{Run, Summary};

@@ -1,6 +1,8 @@
+import enum
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, Optional, Union, final
+import pathlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Literal, Optional, Union, final, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +19,13 @@ _Floats = npt.NDArray[np.float64]
 _Vectors = npt.ArrayLike
 _Numbers = Any  # read as an array of floats, set by all that numpy makes one of
 _Which = Union[Sequence[int], slice, npt.NDArray[Any], None]
+_Size = Union[int, str, None]
+_View = Optional[Literal["top", "front", "right", "oblique"]]
+_Colour = Literal[
+    "orientation", "age", "generation", "length", "speed", "contacts", "overlap", "force", "pressure", "group", "plain"
+]
+_Range = Optional[tuple[float, float]]
+_Background = Literal["white", "dark", "transparent"]
 _Force = Callable[["Bodies"], Union[_Vectors, tuple[_Vectors, Optional[_Vectors]]]]
 
 __all__ = [
@@ -29,23 +38,40 @@ __all__ = [
     "DeviceError",
     "Ensemble",
     "Error",
+    "Page",
+    "Pictures",
     "RecordError",
+    "Run",
     "Scene",
     "SceneError",
+    "Shape",
     "Simulation",
     "SimulationError",
+    "State",
+    "States",
     "StepReport",
+    "Table",
     "WallContacts",
     "__version__",
     "devices",
+    "measures",
+    "run",
     "scenes",
 ]
 
 __version__: str
 NO_GROUP: int
-"""The group of a body without one: 2^32 - 1."""
+"""The group of a body without one: -1."""
 NO_PARENT: int
-"""A founder's parent: 2^64 - 1."""
+"""A founder's parent: -1."""
+
+class Shape(enum.IntEnum):
+    """The shapes, as `shapes` has them."""
+
+    SPHERE = 0
+    SPHEROCYLINDER = 1
+    ELLIPSOID = 2
+    TORUS = 3
 
 class Error(Exception):
     """The base class of all exceptions of relcp."""
@@ -74,7 +100,7 @@ class DeviceError(Error):
     """There is no usable GPU, it does not support the scene, or it failed."""
 
 class RecordError(Error):
-    """A state file could not be read or written."""
+    """A file of a run, or a state file, could not be read or written."""
 
 @final
 class Scene:
@@ -389,7 +415,6 @@ class WallContacts:
     def point(self) -> _Floats:
         """(M, 3): the contact point on the body's surface, in space."""
 
-@final
 class Bodies:
     """All bodies at the time at which a force is evaluated, one row per body; arrays are read-only copies."""
 
@@ -422,19 +447,323 @@ class Bodies:
 
     @property
     def shapes(self) -> npt.NDArray[np.uint32]:
-        """(N,): 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus."""
+        """(N,): a `Shape` each: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus."""
 
     @property
     def sizes(self) -> _Floats:
         """(N, 3): radius; diameter, length; three radii; major and minor radius; zero where a shape has none."""
 
     @property
-    def groups(self) -> npt.NDArray[np.uint32]:
+    def groups(self) -> npt.NDArray[np.int32]:
         """(N,): index into the scene's `group_names`, or NO_GROUP."""
 
     @property
-    def ids(self) -> npt.NDArray[np.uint64]:
+    def shape_labels(self) -> list[str]:
+        """The name of each body's shape."""
+
+    @property
+    def group_labels(self) -> list[Optional[str]]:
+        """The name of each body's group; None without one."""
+
+    @property
+    def columns(self) -> dict[str, _Floats]:
+        """The columns of your own, (N,) each."""
+
+    @property
+    def ids(self) -> npt.NDArray[np.int64]:
         """(N,): unique over a run; a division ends one and begins two."""
+
+    @property
+    def parents(self) -> npt.NDArray[np.int64]:
+        """(N,): the id that divided into this one, or NO_PARENT."""
+
+    @property
+    def births(self) -> _Floats:
+        """(N,): times of birth."""
+
+    @property
+    def generations(self) -> npt.NDArray[np.uint32]:
+        """(N,): divisions since the founder."""
+
+@final
+class State(Bodies):
+    """A recorded state of a run, one row per body; arrays are read-only copies."""
+
+    @property
+    def step(self) -> int:
+        """The number of steps before it."""
+
+    @property
+    def n_bodies(self) -> int: ...
+    @property
+    def has_forces(self) -> bool:
+        """Whether it was recorded with its contact forces."""
+
+    @property
+    def rates(self) -> _Floats:
+        """(N,): relative growth rates without pressure; zero for a body that does not grow."""
+
+    @property
+    def division_lengths(self) -> _Floats:
+        """(N,): lengths at which cells divide; infinite by a timer, and for a body that does not grow."""
+
+    def contacts(self, cutoff: Optional[float] = None) -> Contacts:
+        """All pairs of bodies whose separation is at most `cutoff`, by default a thousandth of the thinnest body's
+        thickness; `gamma` and `force` are NaN in a state without forces."""
+
+    def measure(self, name: str) -> dict[str, Any]:
+        """A measure of this state: values by column, `remark`, and `profile` if it has one."""
+
+    def render(
+        self,
+        width: int = 960,
+        height: Optional[int] = None,
+        *,
+        view: _View = None,
+        colour: _Colour = "orientation",
+        range: _Range = None,
+        background: _Background = "white",
+        words: bool = True,
+    ) -> npt.NDArray[np.uint8]:
+        """A picture, (height, width, 4), as `Simulation.render`."""
+
+    def show(self, width: _Size = None, height: _Size = None, *, colour: _Colour = "orientation") -> Page:
+        """The page of `relcp view` of this state."""
+
+class States(Sequence[State]):
+    """The recorded states of a run; each is read from its file when it is asked for."""
+
+    def __len__(self) -> int: ...
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+    @overload
+    def __getitem__(self, index: slice) -> States: ...
+    def at(self, time: float) -> State:
+        """The last of these states that is not later than `time`."""
+
+    @property
+    def times(self) -> _Floats:
+        """(K,): the times of the states."""
+
+    @property
+    def steps(self) -> npt.NDArray[np.int64]:
+        """(K,): the numbers of steps before the states."""
+
+    @property
+    def n_bodies(self) -> npt.NDArray[np.int64]:
+        """(K,): the numbers of bodies of the states."""
+
+class Table(Mapping[str, Any]):
+    """Columns by name: read-only arrays with one number per row, lists for text; NaN is a value that is not defined."""
+
+    profile: Optional[Table]
+    """The rows by distance, length or size of a measure that has them."""
+    notes: list[str]
+    """What is missing, and why."""
+
+    def __init__(
+        self, columns: Mapping[str, Any], profile: Optional[Table] = None, notes: Iterable[str] = ()
+    ) -> None: ...
+    def __getitem__(self, name: str) -> Any: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def __len__(self) -> int: ...
+    @property
+    def n_rows(self) -> int: ...
+    def to_pandas(self) -> Any:
+        """The table as a DataFrame; ImportError without pandas."""
+
+class Page:
+    """A page that shows states in any browser; a notebook shows it as a frame."""
+
+    html: str
+    width: str
+    height: str
+    def __init__(self, text: str, width: _Size = None, height: _Size = None) -> None: ...
+    def save(self, path: _Path) -> pathlib.Path:
+        """Writes the page, whole or not at all; returns its path."""
+
+    def _repr_html_(self) -> str: ...
+
+class Pictures(Sequence[npt.NDArray[np.uint8]]):
+    """Pictures of a run's states, (height, width, 4) each, drawn when they are asked for."""
+
+    def __len__(self) -> int: ...
+    @overload
+    def __getitem__(self, index: int) -> npt.NDArray[np.uint8]: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[npt.NDArray[np.uint8]]: ...
+
+class Run:
+    """The folder of a run, finished or running."""
+
+    path: pathlib.Path
+    def __init__(self, path: _Path) -> None: ...
+    def refresh(self) -> Run:
+        """Reads again what the folder holds; returns this run."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def status(self) -> str:
+        """running, done, out_of_tolerance, stopped or interrupted."""
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The content of `summary.json`."""
+
+    @property
+    def states(self) -> States: ...
+    @property
+    def times(self) -> _Floats:
+        """(K,): the times of the states."""
+
+    def at(self, time: float) -> State:
+        """The last state that is not later than `time`."""
+
+    @property
+    def steps(self) -> Table:
+        """`steps.csv`, one row per recorded step."""
+
+    @property
+    def measures(self) -> Table:
+        """`measures.csv`, one row per recorded step, of scenes with `output.measures`."""
+
+    @property
+    def lineage(self) -> Table:
+        """`lineage.csv`, one row per life that ended, of scenes with `removal`."""
+
+    @property
+    def contacts(self) -> Table:
+        """The contacts of bodies in all states that have contact forces, one row per contact."""
+
+    def measure(
+        self,
+        name: str,
+        *,
+        bin: Optional[float] = None,
+        neighbourhood: Optional[float] = None,
+        domain_angle: Optional[float] = None,
+        cutoff: Optional[float] = None,
+        seed: int = 1,
+    ) -> Table:
+        """A measure over all recorded states, one row per state."""
+
+    def export(
+        self,
+        format: Literal["gsd", "vtk", "lammps", "xyz"],
+        path: Optional[_Path] = None,
+        *,
+        cutoff: Optional[float] = None,
+        last: bool = False,
+    ) -> list[pathlib.Path]:
+        """Writes the states in another program's format; returns the files, the one to open first."""
+
+    def view(
+        self,
+        path: Optional[_Path] = None,
+        *,
+        colour: _Colour = "orientation",
+        every: int = 1,
+        start: Optional[float] = None,
+        end: Optional[float] = None,
+    ) -> pathlib.Path:
+        """Writes the page of `relcp view`; returns its path."""
+
+    def show(
+        self,
+        width: _Size = None,
+        height: _Size = None,
+        *,
+        colour: _Colour = "orientation",
+        every: int = 1,
+        start: Optional[float] = None,
+        end: Optional[float] = None,
+    ) -> Page:
+        """The page of `relcp view` as an object that notebooks show."""
+
+    def render(
+        self,
+        time: Optional[float] = None,
+        width: int = 960,
+        height: Optional[int] = None,
+        *,
+        view: _View = None,
+        colour: _Colour = "orientation",
+        range: _Range = None,
+        background: _Background = "white",
+        words: bool = True,
+    ) -> npt.NDArray[np.uint8]:
+        """A picture of the last state that is not later than `time`, as `Simulation.render`."""
+
+    def pictures(
+        self,
+        width: int = 960,
+        height: Optional[int] = None,
+        *,
+        fit: Literal["run", "each"] = "run",
+        every: int = 1,
+        start: Optional[float] = None,
+        end: Optional[float] = None,
+        view: _View = None,
+        colour: _Colour = "orientation",
+        range: _Range = None,
+        background: _Background = "white",
+        words: bool = True,
+    ) -> Pictures:
+        """Pictures of the states with one camera and one scale of colours."""
+
+    def movie(
+        self,
+        path: _Path,
+        width: int = 960,
+        height: Optional[int] = None,
+        *,
+        frames_a_second: int = 25,
+        fit: Literal["run", "each"] = "run",
+        every: int = 1,
+        start: Optional[float] = None,
+        end: Optional[float] = None,
+        view: _View = None,
+        colour: _Colour = "orientation",
+        range: _Range = None,
+        background: _Background = "white",
+        words: bool = True,
+    ) -> pathlib.Path:
+        """Makes a movie of the pictures: an animated PNG, or by ffmpeg .mp4, .mov or .mkv; returns its path."""
+
+    def resume(
+        self,
+        *,
+        until: Optional[float] = None,
+        backend: _Backend = "cpu",
+        threads: Optional[int] = None,
+        precision: _Precision = None,
+        adapter: Optional[str] = None,
+        forces: Iterable[_Force] = (),
+        rules: Any = None,
+        checkpoint_every: Optional[float] = None,
+        progress: bool = True,
+    ) -> Run:
+        """Goes on with the run in its folder, to its end or to a later one."""
+
+def run(
+    scene: Scene,
+    out: Optional[_Path] = None,
+    *,
+    backend: _Backend = "cpu",
+    threads: Optional[int] = None,
+    precision: _Precision = None,
+    adapter: Optional[str] = None,
+    resume: bool = False,
+    until: Optional[float] = None,
+    start_from: Union[Run, _Path, None] = None,
+    start_time: Optional[float] = None,
+    forces: Iterable[_Force] = (),
+    rules: Any = None,
+    checkpoint_every: Optional[float] = None,
+    progress: bool = True,
+) -> Run:
+    """Runs a scene to its end and records it, as `relcp run`: the same files with the same bits."""
 
 class Cells:
     """All cells before a step, one row each, for `update(cells)` of a simulation's rules."""
@@ -476,9 +805,9 @@ class Cells:
     @property
     def shapes(self) -> npt.NDArray[np.uint32]: ...
     @property
-    def ids(self) -> npt.NDArray[np.uint64]: ...
+    def ids(self) -> npt.NDArray[np.int64]: ...
     @property
-    def parents(self) -> npt.NDArray[np.uint64]: ...
+    def parents(self) -> npt.NDArray[np.int64]: ...
     @property
     def births(self) -> _Floats: ...
     @property
@@ -566,7 +895,7 @@ class Simulation:
         """Sets values of bodies between two steps: of all, or of those of `of` (indices, a slice, a mask) or `ids`; all
         of them, or after an exception none. A single row stands for all of these bodies."""
 
-    def add(self, bodies: Sequence[Mapping[str, Any]]) -> npt.NDArray[np.uint64]:
+    def add(self, bodies: Sequence[Mapping[str, Any]]) -> npt.NDArray[np.int64]:
         """Adds bodies, dicts as in a scene's `bodies`, after all others; returns their ids."""
 
     def remove(
@@ -576,6 +905,22 @@ class Simulation:
 
     def measure(self, name: str) -> dict[str, Any]:
         """A measure of the present state: values by column, `remark`, and `profile` if it has one."""
+
+    def render(
+        self,
+        width: int = 960,
+        height: Optional[int] = None,
+        *,
+        view: _View = None,
+        colour: _Colour = "orientation",
+        range: _Range = None,
+        background: _Background = "white",
+        words: bool = True,
+    ) -> npt.NDArray[np.uint8]:
+        """A picture of the present state as `relcp render` draws it: (height, width, 4), red, green, blue, opacity."""
+
+    def show(self, width: _Size = None, height: _Size = None, *, colour: _Colour = "orientation") -> Page:
+        """The page of `relcp view` of the present state."""
 
     @property
     def rates(self) -> _Floats:
@@ -646,22 +991,22 @@ class Simulation:
 
     @property
     def shapes(self) -> npt.NDArray[np.uint32]:
-        """(N,): 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus."""
+        """(N,): a `Shape` each: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus."""
 
     @property
     def sizes(self) -> _Floats:
         """(N, 3): radius; diameter, length; three radii; major and minor radius; zero where a shape has none."""
 
     @property
-    def groups(self) -> npt.NDArray[np.uint32]:
+    def groups(self) -> npt.NDArray[np.int32]:
         """(N,): index into the scene's `group_names`, or NO_GROUP."""
 
     @property
-    def ids(self) -> npt.NDArray[np.uint64]:
+    def ids(self) -> npt.NDArray[np.int64]:
         """(N,): unique over a run; a division ends one and begins two."""
 
     @property
-    def parents(self) -> npt.NDArray[np.uint64]:
+    def parents(self) -> npt.NDArray[np.int64]:
         """(N,): the id that divided into this one, or NO_PARENT."""
 
     @property
@@ -693,6 +1038,9 @@ class Simulation:
 
 def devices(adapter: Optional[str] = None) -> list[dict[str, Any]]:
     """The GPU adapters of this machine, better ones first."""
+
+def measures() -> dict[str, str]:
+    """The measures: a description of each, by its name."""
 
 def scenes() -> dict[str, str]:
     """The built-in scenes: a description of each, by its name."""

@@ -3,6 +3,7 @@
 use super::{Change, ChangeError, Limits, Simulation, Values, Which};
 use crate::bodies::{Bodies, OwnGrowth};
 use crate::dynamics::{DivisionRule, pressures};
+use crate::scene::Scene;
 use crate::step::{Divided, Fault, State, StepReport};
 use crate::warm::Warm;
 use std::collections::{BTreeMap, HashMap};
@@ -223,6 +224,11 @@ fn in_rule(step: u64, rule: &str, no: ChangeError) -> Fault {
 }
 
 impl CellValues {
+    /// Those of bodies of a scene, such as those of a recorded state.
+    pub fn in_scene(scene: &Scene, bodies: &Bodies) -> CellValues {
+        CellValues::of(&Limits::of(scene), bodies)
+    }
+
     fn of(limits: &Limits, bodies: &Bodies) -> CellValues {
         let (mut rate, mut division_length) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
         for i in 0..bodies.len() {
