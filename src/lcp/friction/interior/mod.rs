@@ -232,8 +232,8 @@ impl<const D: usize> Interior<D> {
                     (0..3).for_each(|i| block[i][k] = column[i]);
                 }
             }
-            for i in 0..3 {
-                block[i][i] += unit.compliance[i] + REGULARIZATION;
+            for (i, (row, compliance)) in block.iter_mut().zip(unit.compliance).enumerate() {
+                row[i] += compliance + REGULARIZATION;
             }
             let block = Matrix3::from_fn(|i, k| block[i][k]);
             let inverse = block.full_piv_lu().try_inverse()?;

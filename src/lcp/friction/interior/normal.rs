@@ -72,8 +72,8 @@ impl<const D: usize> NormalMatrix<D> {
         let bodies = self.first.len() - 1;
         for body in 0..bodies {
             let start = self.block(body as u32, body as u32);
-            for k in 0..D {
-                self.value[start[k] + k] = 1.0;
+            for (k, start) in start.into_iter().enumerate() {
+                self.value[start + k] = 1.0;
             }
         }
         for (unit, weight) in units.iter().zip(weight) {
