@@ -113,7 +113,7 @@ class Live {
     this.section = made("section", null, [row, this.said, made("details", null, [made("summary", "Change keys of the scene"), form])]);
     this.section.id = "live";
     byId("name").after(this.section);
-    byId("measures").querySelector("h2").textContent = "Steps since the page's run began";
+    byId("measures").querySelector("h2").textContent = "Steps since the program began";
     this.viewer.more_keys = { p: () => this.playOrPause(), n: () => this.control({ do: "step" }) };
     const keys = [["P", "let the run play, or pause"], ["N", "one step of the run"]];
     byId("key-table").prepend(...keys.map(([key, what]) => made("tr", null, [made("td", null, [made("kbd", key)]), made("td", what)])));

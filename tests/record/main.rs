@@ -6,6 +6,7 @@ mod changes;
 mod killed;
 mod lcps;
 mod runs;
+mod steered;
 
 use relcp::run::{Run, Summary};
 use std::fs;

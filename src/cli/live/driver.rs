@@ -2,7 +2,7 @@
 
 use super::curves::Curves;
 use super::desk::{Ask, Asked, Desk, Phase, Refusal, Status};
-use super::frames::Frames;
+use super::frames::{Frames, Look};
 use crate::cli::exit::CliError;
 use crate::cli::output;
 use relcp::Error;
@@ -30,8 +30,8 @@ pub(in crate::cli) struct Driver {
     next_step: Instant,
     changes_made: usize,
     waited: bool,
-    /// Whether a page waits for a state.
-    pending: bool,
+    /// When to look again for a page that waits.
+    look: Look,
 }
 
 impl Driver {
@@ -57,7 +57,7 @@ impl Driver {
             next_step: Instant::now(),
             changes_made: simulation.changes_made(),
             waited: false,
-            pending: false,
+            look: Look::Called,
         };
         driver.rest(run, Phase::Paused);
         driver.tell_keys(run)?;
@@ -68,7 +68,7 @@ impl Driver {
     pub fn attend(&mut self, run: &mut Run, stop: &dyn Fn() -> bool) -> Result<bool, CliError> {
         self.waited = false;
         loop {
-            if self.desk.heard() || self.pending {
+            if self.desk.heard() || self.look != Look::Called {
                 self.answer_all(run)?;
             }
             if run.done() || stop() {
@@ -82,7 +82,7 @@ impl Driver {
             }
             self.waited = true;
             let most = if plays { self.next_step - now } else { LOOK_EVERY };
-            let look = if self.pending { LOOK_FOR_STATE } else { LOOK_EVERY };
+            let look = if self.look == Look::Soon { LOOK_FOR_STATE } else { LOOK_EVERY };
             let told = self.desk.told();
             // What came since the start of this turn has set this.
             if !self.desk.calls() {
@@ -124,8 +124,8 @@ impl Driver {
             }
         }
         // A device that was lost has no last state.
-        let mut offer = || self.frames.offer(run.simulation(), &self.curves, &self.desk, true).unwrap_or(false);
-        while offer() && begun.elapsed() < LAST_WORDS {
+        let mut offer = || self.frames.offer(run.simulation(), &self.curves, &self.desk, true);
+        while matches!(offer(), Ok(Look::Soon)) && begun.elapsed() < LAST_WORDS {
             drop(self.desk.wait(self.desk.told(), LOOK_FOR_STATE));
         }
     }
@@ -157,7 +157,7 @@ impl Driver {
             let _ = answer.try_send(answered);
         }
         let rests = self.steps_left == Some(0);
-        self.pending = self.frames.offer(run.simulation(), &self.curves, &self.desk, rests)?;
+        self.look = self.frames.offer(run.simulation(), &self.curves, &self.desk, rests)?;
         Ok(())
     }
 
@@ -177,7 +177,11 @@ impl Driver {
                 (self.steps_a_second, self.next_step) = (most, Instant::now());
                 self.desk.tell(|status| status.steps_a_second = most);
             }
-            Ask::End => run.end_here()?,
+            Ask::End => {
+                run.end_here()?;
+                let end = run.simulation().scene().time.end;
+                self.desk.tell(|status| status.end = end);
+            }
             Ask::Change(set) => match run.change(set) {
                 Ok(()) => {
                     let changes = run.simulation().whole_scene().changes.len();

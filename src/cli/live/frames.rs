@@ -32,6 +32,17 @@ struct Pace {
     packing: bool,
 }
 
+/// When the run has to look again for a page that waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Look {
+    /// When it is called.
+    Called,
+    /// After the next step.
+    NextStep,
+    /// Soon: the present state is wanted, but it is not time yet.
+    Soon,
+}
+
 /// The run's side.
 pub(super) struct Frames {
     live: Live,
@@ -54,24 +65,23 @@ impl Frames {
         Ok(Frames { live, jobs, pace, last: None })
     }
 
-    /// Takes the present state if a page waits for it and it is time; of a run that rests, it always is. Whether one has
-    /// to wait.
+    /// Takes the present state if a page waits for it and it is time; of a run that rests, it always is.
     pub fn offer(
         &mut self,
         simulation: &Simulation,
         curves: &Curves,
         desk: &Desk,
         rests: bool,
-    ) -> Result<bool, RunError> {
+    ) -> Result<Look, RunError> {
         let step = simulation.steps();
-        let Some(from) = desk.told().wanted else { return Ok(false) };
+        let Some(from) = desk.told().wanted else { return Ok(Look::Called) };
         if step < from || self.last == Some(step) {
-            return Ok(true);
+            return Ok(Look::NextStep);
         }
         {
             let mut pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner);
             if pace.packing || (!rests && pace.next.is_some_and(|next| Instant::now() < next)) {
-                return Ok(true);
+                return Ok(Look::Soon);
             }
             pace.packing = true;
         }
@@ -81,7 +91,7 @@ impl Frames {
         let job = Job { taken, curves: curves.clone(), begun, copied: begun.elapsed() };
         // The packing thread has nothing else to do, so that there is room.
         let _ = self.jobs.try_send(job);
-        Ok(true)
+        Ok(Look::NextStep)
     }
 }
 
