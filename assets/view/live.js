@@ -113,7 +113,8 @@ class Live {
     this.section = made("section", null, [row, this.said, made("details", null, [made("summary", "Change keys of the scene"), form])]);
     this.section.id = "live";
     byId("name").after(this.section);
-    byId("measures").querySelector("h2").textContent = "Steps since the program began";
+    byId("measures").querySelector("h2").textContent = "Steps so far";
+    byId("speed").value = 10;
     this.viewer.more_keys = { p: () => this.playOrPause(), n: () => this.control({ do: "step" }) };
     const keys = [["P", "let the run play, or pause"], ["N", "one step of the run"]];
     byId("key-table").prepend(...keys.map(([key, what]) => made("tr", null, [made("td", null, [made("kbd", key)]), made("td", what)])));
@@ -226,7 +227,7 @@ class Live {
     if (!points.length) return;
     const names = ["time", "bodies", "constraints", "recursions", "max_overlap"];
     const { header } = this.viewer.run;
-    const steps = header.steps ??= { note: "Click for the nearest state.", ...Object.fromEntries(names.map((name) => [name, []])) };
+    const steps = header.steps ??= { note: "Since the program was started. Click for the nearest state.", ...Object.fromEntries(names.map((name) => [name, []])) };
     for (const point of points) names.forEach((name) => steps[name].push(point[name]));
     if (steps.time.length > MOST_POINTS) {
       for (const name of names) {
@@ -304,7 +305,9 @@ class Live {
       if (!field) {
         const input = Object.assign(made("input", null), { spellcheck: false, autocomplete: "off", value: text });
         input.setAttribute("aria-label", key);
-        field = { input, row: made("tr", null, [made("th", key), made("td", null, [input])]), text };
+        // A long key breaks between its words.
+        const words = key.split(/(?<=[._])/).flatMap((word) => [word, document.createElement("wbr")]);
+        field = { input, row: made("tr", null, [made("th", null, words), made("td", null, [input])]), text };
         input.addEventListener("input", () => input.classList.toggle("edited", input.value.trim() !== field.text));
         this.fields.append(field.row);
         this.rows.set(key, field);

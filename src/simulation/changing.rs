@@ -101,6 +101,7 @@ impl Simulation {
         let mut before = self.scene.clone();
         // That of the whole run, where a change of the step size moves `time.start`.
         before.output.every = before.output_every();
+        before.changes.clone_from(&whole.changes);
         let due = whole.changed(&before, made, step)?.step;
         let mut scene = before.clone();
         for index in made..=place {

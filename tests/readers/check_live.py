@@ -95,7 +95,7 @@ def use(browser, run, address, folder):
     check("each body once", len(set(rows)) == len(rows) > 30)
     browser.run("live.finish.click()")
     check("ends", until(browser, "live.status.phase === 'ended'"), browser.run("live.said.textContent"))
-    check("the program ends", run.wait(30) == 0)
+    check("the program ends", run.wait(30) == 0, run.stderr.read())
     picture(browser, folder, "5-ended")
     said = [it["params"] for it in browser.events if it.get("method") in
             ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")]

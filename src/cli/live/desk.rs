@@ -183,13 +183,17 @@ impl Desk {
 }
 
 impl Told {
-    /// The frame for a page that has that of a step, or none yet, if there is one; else it is wanted from now on.
-    pub fn frame_after(&mut self, has: Option<u64>) -> Option<Arc<Frame>> {
-        let newest = self.frame.as_ref().map(|frame| frame.step);
+    /// The step of the newest frame.
+    pub fn newest(&self) -> Option<u64> {
+        self.frame.as_ref().map(|frame| frame.step)
+    }
+
+    /// The frame for a page that has that of a step, or none yet, if there is one; else it is wanted from now on. The
+    /// newest one `before` the page asked may be old.
+    pub fn frame_after(&mut self, has: Option<u64>, before: Option<u64>) -> Option<Arc<Frame>> {
         let from = match (has, self.status.phase) {
-            (Some(step), _) => step + 1,
-            // What is there may be old.
-            (None, Phase::Playing) => newest.map_or(0, |step| step + 1),
+            (Some(step), _) => step.saturating_add(1),
+            (None, Phase::Playing) => before.map_or(0, |step| step + 1),
             (None, _) => self.rests_at,
         };
         let frame = self.frame.clone().filter(|frame| frame.step >= from);

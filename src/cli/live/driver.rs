@@ -119,7 +119,7 @@ impl Driver {
         let begun = Instant::now();
         if self.is_watched() {
             let mut told = self.desk.told();
-            if told.frame.as_ref().is_none_or(|frame| frame.step != told.rests_at) {
+            if told.newest() != Some(told.rests_at) {
                 told.wanted = Some(told.rests_at);
             }
         }

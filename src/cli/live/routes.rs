@@ -123,9 +123,10 @@ fn next(request: &Request, desk: &Desk) -> (Answer, bool) {
     let (has, knows) = (number("step"), number("version").unwrap_or(0));
     let begun = Instant::now();
     let mut told = desk.told();
+    let before = told.newest();
     loop {
         told.watched = Some(Instant::now());
-        let frame = told.frame_after(has);
+        let frame = told.frame_after(has, before);
         let is_late = begun.elapsed() >= POLL;
         let ended = told.status.phase == Phase::Ended;
         // The news of the end must not outrun the last state.
