@@ -37,11 +37,7 @@ fn collect(key: &str, value: &Value, found: &mut Vec<(String, Value)>) {
     let below = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
     match value {
         Value::Number(_) if may_change(key) => found.push((key.into(), value.clone())),
-        Value::Array(all) if is_quantity(all) => {
-            if may_change(key) {
-                found.push((key.into(), value.clone()));
-            }
-        }
+        Value::Array(all) if is_quantity(all) && may_change(key) => found.push((key.into(), value.clone())),
         Value::Array(all) => {
             all.iter().enumerate().for_each(|(i, value)| collect(&below(&i.to_string()), value, found))
         }

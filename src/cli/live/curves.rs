@@ -58,8 +58,9 @@ impl Curves {
         }
         self.in_last += 1;
         if self.points.len() > MOST {
-            self.points = self.points.chunks(2).map(|two| two.iter().copied().reduce(Point::with)).flatten().collect();
             // The last of an odd number stands alone.
+            let two_as_one = |two: &[Point]| two.iter().copied().reduce(Point::with);
+            self.points = self.points.chunks(2).filter_map(two_as_one).collect();
             self.each = 2 * self.each.max(1);
         }
     }
