@@ -15,9 +15,10 @@ use std::time::{Duration, Instant};
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 const LOOK_FOR_STATE: Duration = Duration::from_millis(10);
 /// A page that has asked for nothing for so long is closed.
-const CLOSED_AFTER: Duration = Duration::from_secs(5);
-/// The longest time that the program waits for a page to learn of the run's end.
-const LAST_WORDS: Duration = Duration::from_secs(3);
+const CLOSED_AFTER: Duration = Duration::from_secs(10);
+/// The longest time that the program waits for a page to learn of the run's end: a browser without a GPU on a busy
+/// machine took more than 3 s to draw a state.
+const LAST_WORDS: Duration = Duration::from_secs(10);
 
 /// A run with its page.
 pub(in crate::cli) struct Driver {
