@@ -218,7 +218,9 @@ class Viewer {
 
   /** The lines of the walls, or of one of them, in a state. */
   wallsAt(state, only = null) {
-    const { walls, origin } = this.run.header;
+    const { origin } = this.run.header;
+    // Walls of a run that goes on may be changed.
+    const walls = state?.own_walls ?? this.run.header.walls;
     return walls.flatMap((wall, k) => only === null || only === k ? placedWallLines(wall, state?.walls?.[k], this.planar, this.all, origin) : []);
   }
 
@@ -258,7 +260,8 @@ class Viewer {
     if (event.ctrlKey || event.metaKey || event.altKey || byId("keys").open) return;
     // A focused control keeps its own keys.
     const { tagName } = event.target;
-    if (tagName === "SELECT" || (tagName === "INPUT" && /^(Arrow|Home|End|Page)/.test(event.key))) return;
+    if (tagName === "SELECT" || (tagName === "INPUT" && event.target.type !== "range")) return;
+    if ((tagName === "INPUT" && /^(Arrow|Home|End|Page)/.test(event.key))) return;
     if ((tagName === "BUTTON" || tagName === "SUMMARY") && (event.key === " " || event.key === "Enter")) return;
     const act = this.actionOf(event);
     if (!act) return;
@@ -269,6 +272,7 @@ class Viewer {
   actionOf({ key, shiftKey }) {
     const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key];
     if (way) return shiftKey ? () => this.turn(20 * way[0], 20 * way[1]) : way[0] ? () => { this.play(false); this.show(this.at + way[0]); } : null;
+    if (this.more_keys?.[key]) return this.more_keys[key];
     const moves = { w: [0, 40], s: [0, -40], a: [40, 0], d: [-40, 0] }[key];
     if (moves) return () => { this.camera.pan(...moves); this.request(); };
     const speed = (by) => {
@@ -339,23 +343,22 @@ function fail(error) {
   busy.textContent = `This run cannot be shown: ${error.message}.`;
 }
 
-async function start() {
+/** Shows the run that `read` gives, telling how far it is. */
+async function start(read) {
   try {
     if (!window.DecompressionStream) throw new Error("this browser is too old to unpack it; see the list of browsers in docs/view.md");
-    const run = await readRun((done, all) => {
+    const run = await read((done, all) => {
       byId("busy").textContent = `reading state ${done + 1} of ${all}`;
     });
     byId("busy").hidden = true;
-    const read = performance.now();
+    const unpacked = performance.now();
     const viewer = new Viewer(run);
     viewer.draw(false);
     // Milliseconds since the page was asked for.
-    viewer.opened = { read, drawn: performance.now() };
+    viewer.opened = { read: unpacked, drawn: performance.now() };
     window.viewer = viewer;
   } catch (error) {
     fail(error);
     throw error;
   }
 }
-
-start();

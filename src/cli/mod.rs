@@ -13,6 +13,7 @@ mod exit;
 mod export;
 mod hint;
 mod interrupt;
+mod live;
 mod manual;
 mod measure;
 mod output;

@@ -59,6 +59,11 @@ impl Progress {
         }
     }
 
+    /// Leaves out the time since the last step, in which the run waited.
+    pub(super) fn leave_out_wait(&mut self) {
+        self.begun = Instant::now();
+    }
+
     fn text(&self, run: &Run, report: &StepReport) -> String {
         let scene = run.simulation().scene();
         let time = scene.time;

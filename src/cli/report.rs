@@ -3,7 +3,7 @@
 use super::output;
 use relcp::digits::{beside, few, short, time};
 use relcp::record::{PassedStep, Retried};
-use relcp::run::Summary;
+use relcp::run::{RunStatus, Summary};
 use relcp::scene::StopReason;
 use std::io::{self, Write};
 use std::path::Path;
@@ -54,6 +54,17 @@ pub(super) fn print(out: &mut dyn Write, folder: &Path, page: Option<&Path>, s: 
         None => writeln!(out, "  look at it  relcp view {} --open", output::argument(folder))?,
     }
     verdict(out, s)
+}
+
+/// How a run ended, in a sentence.
+pub(super) fn in_a_sentence(s: &Summary, folder: &Path) -> String {
+    let (steps, time, folder) = (counted(s.steps, "step", "steps"), time(s.time, s.dt), folder.display());
+    let how = match (s.status, &s.message) {
+        (RunStatus::Interrupted, _) => "stopped, to be resumed".into(),
+        (_, Some(message)) => format!("stopped: {message}"),
+        _ => out_of_tolerance(s).unwrap_or_else(|| "done".into()),
+    };
+    format!("{how}, after {steps} at time {time}; in {folder}")
 }
 
 /// Writes which backend computed the run, unless it was the CPU alone.

@@ -3,8 +3,9 @@
 use super::arguments::{Backend, Recorded, Run as Arguments};
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
+use super::live::Server;
 use super::progress::Progress;
-use super::{compiling, compute, driver, output, placing, report, resume, view};
+use super::{compiling, compute, driver, live, output, placing, report, resume, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, RecordError};
 use relcp::run::{Branch, Run, RunError, RunStatus, Summary};
@@ -37,6 +38,10 @@ struct Document<'a> {
 pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     match arguments.compute.backend {
         #[cfg(feature = "mpi")]
+        Backend::Mpi if arguments.live => {
+            Err(CliError::Usage("--live watches a run of one process; use --backend cpu or gpu".into()))
+        }
+        #[cfg(feature = "mpi")]
         Backend::Mpi => super::processes::run(arguments, lead),
         #[cfg(not(feature = "mpi"))]
         Backend::Mpi => Err(compute::no_mpi()),
@@ -52,6 +57,7 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
         _ => Interrupt::listen(),
     };
     let begun = Instant::now();
+    let server = arguments.live.then(|| Server::open(arguments.port)).transpose()?;
     let mut run = match &arguments.from {
         _ if arguments.resume => resume::resume(arguments)?,
         Some(from) => branch(arguments, from)?,
@@ -69,11 +75,23 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     if let Some(every) = arguments.checkpoint_every {
         run.checkpoint_every(every);
     }
+    let mut watched = server.map(|server| live::serve(server, &run)).transpose()?;
     let mut stopped = None;
-    let out_of_time = || arguments.max_wall.is_some_and(|most| begun.elapsed() >= most);
-    while !run.done() && !interrupt.asked() && !out_of_time() {
+    let stop = || interrupt.asked() || arguments.max_wall.is_some_and(|most| begun.elapsed() >= most);
+    while !run.done() && !stop() {
+        if let Some(live) = &mut watched {
+            if !live.attend(&mut run, &stop)? {
+                break;
+            }
+            if live.waited() {
+                progress.leave_out_wait();
+            }
+        }
         match run.advance() {
-            Ok(report) => progress.step(&run, &report),
+            Ok(report) => {
+                progress.step(&run, &report);
+                watched.as_mut().map_or(Ok(()), |live| live.after(&run, &report))?;
+            }
             Err(RunError::Fault(fault)) if fault.is_of_scene() => {
                 stopped = Some(fault);
                 break;
@@ -82,6 +100,9 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
         }
     }
     progress.end();
+    if let Some(live) = &mut watched {
+        live.ends(&run);
+    }
     if let Some(fault) = &stopped {
         output::message(&format!("stopped: {fault}"));
     }
@@ -90,6 +111,9 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     let profile = simulation.device().filter(|_| arguments.profile);
     let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
     let summary = run.finish()?;
+    if let Some(live) = watched {
+        live.ended(report::in_a_sentence(&summary, folder.path()), &|| interrupt.asked());
+    }
     // A failure to write the page must not hide how the run ended.
     let page = arguments.view.then(|| view::after(folder.path())).transpose();
     let (page, fault) = page.map_or_else(|fault| (None, Some(fault)), |page| (page, None));

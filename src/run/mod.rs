@@ -7,6 +7,7 @@ mod follow;
 mod measured;
 mod memory;
 mod schedule;
+mod steer;
 mod summary;
 mod until;
 mod way;
@@ -76,6 +77,8 @@ pub struct Run {
     checkpoint_every: Duration,
     last_checkpoint: Instant,
     notes: Vec<String>,
+    /// The last step since the run was begun or resumed, and its wall time.
+    latest: Option<(StepReport, Duration)>,
     /// The summary of a run that stopped at a failed step.
     stopped: Option<Summary>,
 }
@@ -166,7 +169,9 @@ impl Run {
         let begun = Instant::now();
         let mut notes = Vec::new();
         let (header, state, fallback) = read_checkpoint(&folder)?;
-        let known = header.scene == scene_hash(&scene) || (until.is_some() && until::is_of(&header, &scene));
+        let known = header.scene == scene_hash(&scene)
+            || (until.is_some() && until::is_of(&header, &scene))
+            || steer::is_of(&header, &folder, &scene);
         if !known {
             let keys = differing_keys(&folder.scene(), &scene);
             return Err(RecordError::OtherScene { path: folder.path().into(), keys }.into());
@@ -244,6 +249,7 @@ impl Run {
             checkpoint_every,
             last_checkpoint,
             notes,
+            latest: None,
             stopped: None,
         }
     }
@@ -337,6 +343,7 @@ impl Run {
     fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
         let begun = Instant::now();
         tell(report, self.simulation.scene().contact.overlap_tolerance, wall);
+        self.latest = Some((*report, wall));
         self.follow_changes();
         if let Some(lives) = &mut self.lives {
             lives.push(self.simulation.ended())?;

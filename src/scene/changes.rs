@@ -69,6 +69,11 @@ pub(crate) fn is_settled(key: &str) -> bool {
         || key.strip_prefix("bonds.").is_some_and(of_bond)
 }
 
+/// Whether a change during a run can set a dotted key, or keys inside of it.
+pub(super) fn may_change(key: &str) -> bool {
+    !is_settled(key) && !OF_RUN.iter().any(|of| is_in(key, of))
+}
+
 /// Whether a change of a dotted key makes multipliers of a state meaningless.
 pub(crate) fn is_of_contacts(key: &str) -> bool {
     OF_CONTACTS.iter().any(|of| is_in(key, of) || is_in(of, key))

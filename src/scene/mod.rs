@@ -3,6 +3,8 @@
 //! The types below are the file's reference: the reader, the JSON Schema and the written `scene.json` derive from them.
 //! Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
 
+#[cfg(feature = "files")]
+mod adjustable;
 mod build;
 #[cfg(feature = "files")]
 mod built_in;

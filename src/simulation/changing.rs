@@ -1,9 +1,12 @@
 //! The changes of a scene during its simulation.
 
 use super::{Compute, Simulation};
-use crate::scene::Scene;
+use crate::error::Error;
 use crate::scene::changes::Changed;
+use crate::scene::{KeyChange, Scene};
 use crate::step::{Fault, State};
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// What a simulation needs of its scene's changes.
 pub(super) struct Changing {
@@ -50,6 +53,75 @@ impl Simulation {
     /// The number of the scene's changes that were made.
     pub fn changes_made(&self) -> usize {
         self.changing.as_ref().map_or(0, |changing| changing.made)
+    }
+
+    /// The scene of the next step: with the changes that are due at the present state.
+    pub fn coming_scene(&self) -> Scene {
+        let (mut scene, step) = (self.scene.clone(), self.steps());
+        let whole = self.whole_scene();
+        for index in self.changes_made()..whole.changes.len() {
+            match whole.changed(&scene, index, step) {
+                Ok(changed) if changed.step <= step => scene = changed.scene,
+                _ => break,
+            }
+        }
+        scene
+    }
+
+    /// Adds a change to those of the scene: other values of dotted keys, from the present state on. The simulation then
+    /// has the bits of one that was started with this change.
+    ///
+    /// ```
+    /// use relcp::{Scene, Simulation};
+    /// let mut simulation = Simulation::new(Scene::built_in("three-capsules")?)?;
+    /// simulation.step()?;
+    /// simulation.add_change([("contact.overlap_tolerance".into(), 1e-4.into())].into())?;
+    /// simulation.step()?;
+    /// assert_eq!(simulation.whole_scene().changes.len(), 1);
+    /// # Ok::<(), relcp::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// What the scene refuses, a device that does not support the changed scene, or bodies that its method does not
+    /// support; nothing is changed then.
+    pub fn add_change(&mut self, set: BTreeMap<String, Value>) -> Result<(), Error> {
+        let (made, step, time) = (self.changes_made(), self.steps(), self.time());
+        if self.compute.is_shared() {
+            let what = "a run on several processes cannot be changed".into();
+            return Err(Fault::Change { step, what }.into());
+        }
+        let mut whole = self.whole_scene().clone();
+        // After those that are due at this state already.
+        let place = whole.changes.partition_point(|change| change.at <= time).max(made);
+        whole.changes.insert(place, KeyChange::new(time, set));
+        whole.validate()?;
+        if self.device().is_some() {
+            Compute::check(&whole)?;
+        }
+        let mut before = self.scene.clone();
+        // That of the whole run, where a change of the step size moves `time.start`.
+        before.output.every = before.output_every();
+        before.changes.clone_from(&whole.changes);
+        let due = whole.changed(&before, made, step)?.step;
+        let mut scene = before.clone();
+        for index in made..=place {
+            scene = whole.changed(&scene, index, step)?.scene;
+        }
+        // What a scene cannot know shows when its backend starts.
+        Simulation::start_plain(&self.compute, scene, self.state()?.clone())?;
+        self.scene = before;
+        self.changing = Some(Box::new(Changing { whole, made, due: Some(due) }));
+        Ok(())
+    }
+
+    /// Makes the present state the end of the simulation and of its scene.
+    pub(crate) fn end_here(&mut self) {
+        let end = self.time();
+        let whole = self.changing.as_mut().map(|changing| &mut changing.whole);
+        for scene in [Some(&mut self.scene), whole].into_iter().flatten() {
+            scene.output.every = scene.output_every();
+            scene.time.end = end;
+        }
     }
 
     /// Makes the changes that are due before the next step.

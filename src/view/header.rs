@@ -167,6 +167,17 @@ impl Header {
     }
 }
 
+impl Header {
+    /// The same of a run that goes on.
+    pub fn live(mut self) -> Header {
+        if let Some(first) = self.about.first_mut() {
+            let version = env!("CARGO_PKG_VERSION");
+            *first = format!("Shown by relcp {version} while the run goes on. The page asks this program alone.");
+        }
+        self
+    }
+}
+
 impl Packer {
     fn told(&self, quantity: Quantity) -> Told {
         let kind = match quantity {

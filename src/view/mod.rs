@@ -11,7 +11,8 @@
 //! * `contacts`: contacts with their forces;
 //! * `steps`: the run's `steps.csv`, thinned;
 //! * `columns`: how numbers become bytes, and those the text in the page;
-//! * `header`: the description of all these data; `page`: the file.
+//! * `header`: the description of all these data; `page`: the file;
+//! * `live`: the same of a run that goes on, state by state.
 //!
 //! A file holds no custom shape; in a state of one's own, such a body is drawn as the ellipsoid that reaches as far
 //! along the body's axes.
@@ -20,12 +21,14 @@ mod bodies;
 mod columns;
 mod contacts;
 mod header;
+mod live;
 mod page;
 mod places;
 mod select;
 mod steps;
 mod values;
 
+pub use live::{Live, Taken};
 pub use places::Errors;
 
 use crate::measure::{Frame, Settings, View, scene_behind};
@@ -193,12 +196,19 @@ impl Joined<'_> {
 /// Reads a state and computes the colour quantity and the contacts.
 fn prepare(states: &States, index: usize, frame: &Frame, walls: &Walls, all: usize) -> Result<Prepared, RenderError> {
     let state = states.read(index)?.into_owned();
-    let settings = Settings::default();
-    let seen = View::new(&state, frame, &settings);
-    let measured = Measured::of(&seen);
-    let touching = Touching::of(&seen, &walls.at(state.time), all, index + 1 == states.len());
-    drop(seen);
-    Ok(Prepared { state, measured, touching })
+    Ok(Prepared::of(state, frame, walls, all, index + 1 == states.len()))
+}
+
+impl Prepared {
+    /// One of `all` states, the last of them or not.
+    fn of(state: Snapshot, frame: &Frame, walls: &Walls, all: usize, last: bool) -> Prepared {
+        let settings = Settings::default();
+        let seen = View::new(&state, frame, &settings);
+        let measured = Measured::of(&seen);
+        let touching = Touching::of(&seen, &walls.at(state.time), all, last);
+        drop(seen);
+        Prepared { state, measured, touching }
+    }
 }
 
 /// Packs states, one after the other.

@@ -29,6 +29,20 @@ const SHADERS: [(&str, &str); 6] = [
     ("line.frag", include_str!("../../assets/view/line.frag")),
 ];
 
+/// What the script of a page does at last: of a file, and of a run that goes on.
+const START: &str = "start(readRun);";
+const LIVE: &str = include_str!("../../assets/view/live.js");
+const START_LIVE: &str = "startLive();";
+/// What each may load: nothing, and what its own server gives.
+const LOADS_NOTHING: &str = "default-src 'none'; script";
+const LOADS_OWN: &str = "default-src 'none'; connect-src 'self'; script";
+
+/// The page of a run that goes on, which asks its server for the data.
+pub(super) fn live() -> Result<Vec<u8>, RenderError> {
+    let page = filled("", &[&SCRIPT[..], &[LIVE, START_LIVE]].concat())?;
+    Ok(page.replacen(LOADS_NOTHING, LOADS_OWN, 1).into_bytes())
+}
+
 /// The page with its data.
 pub(super) fn joined(header: &Header, packer: &Packer) -> Result<Vec<u8>, RenderError> {
     let document = json(header)?;
@@ -42,13 +56,18 @@ pub(super) fn joined(header: &Header, packer: &Packer) -> Result<Vec<u8>, Render
     for (k, packed) in packer.packed.iter().enumerate() {
         add(&format!("state-{k}"), packed);
     }
+    Ok(filled(&data, &[&SCRIPT[..], &[START]].concat())?.into_bytes())
+}
+
+/// The page's own parts with these data and scripts.
+fn filled(data: &str, script: &[&str]) -> Result<String, RenderError> {
     let shaders: std::collections::BTreeMap<_, _> = SHADERS.into_iter().collect();
     // No text in a script may look like its end.
     let shaders = String::from_utf8_lossy(&json(&shaders)?).replace('<', "\\u003c");
-    let script = SCRIPT.join("\n");
+    let script = script.join("\n");
     let parts = [
         ("/*STYLE*/", STYLE),
-        ("<!--DATA-->", data.as_str()),
+        ("<!--DATA-->", data),
         ("/*SHADERS*/", &format!("const SHADERS = {shaders};")),
         ("/*SCRIPT*/", script.as_str()),
     ];
@@ -61,10 +80,11 @@ pub(super) fn joined(header: &Header, packer: &Packer) -> Result<Vec<u8>, Render
         rest = after;
     }
     page.push_str(rest);
-    Ok(page.into_bytes())
+    Ok(page)
 }
 
-fn json<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, RenderError> {
+/// A value as JSON.
+pub(super) fn json<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, RenderError> {
     let fault = |fault: serde_json::Error| RecordError::io(Path::new("the page"), "pack it")(fault.into());
     Ok(serde_json::to_vec(value).map_err(fault)?)
 }

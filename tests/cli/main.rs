@@ -5,6 +5,7 @@ mod completions;
 mod first_use;
 mod flags;
 mod found_by_use;
+mod live;
 mod pages;
 mod place;
 #[path = "../common/ran.rs"]

@@ -216,7 +216,7 @@ fn commands_of_the_pages_have_the_flags_that_they_name() {
 }
 
 /// Limits that pages quote: the page and its words, the file and the constant that sets the limit, and how many times.
-const LIMITS: [(&str, &str, &str, &str, u64); 13] = [
+const LIMITS: [(&str, &str, &str, &str, u64); 14] = [
     ("docs/gpu.md", "{} bodies or more", "src/simulation/worth.rs", "LEAST_BODIES", 1),
     ("docs/gpu.md", "problems of up to {} rows", "src/lcp/gpu/machine.rs", "LARGEST_SMALL_ON_SOFTWARE", 1),
     ("docs/gpu.md", "({} on hardware", "src/lcp/gpu/machine.rs", "LARGEST_SMALL", 1),
@@ -229,6 +229,7 @@ const LIMITS: [(&str, &str, &str, &str, u64); 13] = [
     ("docs/motion.md", "at most {} different windows", "src/scene/validate/forces.rs", "MOST_WINDOWS", 1),
     ("docs/measures.md", "Of more than {} bodies", "src/measure/tracks.rs", "MOST", 1),
     ("docs/view.md", "thinned to {} points", "src/view/steps.rs", "MOST", 1),
+    ("docs/live.md", "connections to {}.", "src/cli/live/server.rs", "MOST_CONNECTIONS", 1),
     ("docs/solvers.md", "clusters of up to {},", "src/lcp/clusters/mod.rs", "MOST_MEMBERS", 1),
 ];
 

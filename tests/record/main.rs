@@ -7,6 +7,7 @@ mod killed;
 mod lcps;
 mod own;
 mod runs;
+mod steered;
 
 use relcp::run::{Run, Summary};
 use std::fs;

@@ -60,6 +60,8 @@ Examples:
       continue it past its end
   relcp run --from runs/slow@8 --set growth.rate=0.3
       another run from its state at time 8, with a changed key
+  relcp run colony --live
+      watch and steer it in a browser, at the printed address
   relcp run colony.json --json | jq .max_overlap
 
 Ctrl-C ends the run after the current step and writes a checkpoint. A second Ctrl-C quits at once.
@@ -99,6 +101,13 @@ pub(in crate::cli) struct Run {
     /// At the end write a page that shows the run in a browser, like `relcp view`
     #[arg(long)]
     pub(in crate::cli) view: bool,
+    /// Serve a page on this computer that shows the run while it goes on, and steers it: play, pause, step, other values
+    /// of keys, end. The run waits at its start for the page. The address has a token; only who knows it can use the page
+    #[arg(long)]
+    pub(in crate::cli) live: bool,
+    /// With --live: the port of the page [default: a free one]
+    #[arg(long, value_name = "N", requires = "live", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(in crate::cli) port: Option<u16>,
     /// Print a profile: wall time by phase and peak memory; on a GPU also times, dispatches, read-backs and bytes by
     /// stage, pipelines and buffers
     #[arg(long)]

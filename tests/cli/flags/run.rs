@@ -14,6 +14,8 @@ pub const CASES: &[Case] = &[
     case("run", "--checkpoint-every", checkpoint_every),
     case("run", "--max-wall", max_wall),
     case("run", "--view", view),
+    case("run", "--live", live),
+    case("run", "--port", port),
     case("run", "--profile", profile),
     case("run", "--backend", compute::shows_backend),
     case("run", "--adapter", compute::shows_adapter),
@@ -124,6 +126,22 @@ fn max_wall(place: &Place, _: &str) {
     let stopped = ran(place, "run", &["--max-wall", "0"]).expect(130);
     assert!(stopped.err.contains("continue with: relcp run --resume"), "{stopped:#?}");
     ran(place, "run", &["--max-wall", "600"]).expect(0);
+}
+
+/// The run waits for its page, so that no step is taken.
+fn live(place: &Place, command: &str) {
+    let waits = ran(place, command, &["--live", "--max-wall", "0.2", "--json"]).expect(130);
+    let summary: serde_json::Value = serde_json::from_str(&waits.out).unwrap();
+    assert!(summary["steps"] == 0 && waits.err.contains("http://127.0.0.1:"), "{}", waits.err);
+}
+
+fn port(place: &Place, command: &str) {
+    let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port().to_string();
+    let waits = ran(place, command, &["--live", "--port", &free, "--max-wall", "0.2", "--quiet"]).expect(130);
+    assert!(waits.err.contains(&format!("http://127.0.0.1:{free}/")), "{}", waits.err);
+    for bad in ["0", "65536", "eighty"] {
+        ran(place, command, &["--live", "--port", bad]).expect(2);
+    }
 }
 
 fn view(place: &Place, _: &str) {
