@@ -116,7 +116,9 @@ class Recorded(unittest.TestCase):
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
         self.addCleanup(signal.signal, signal.SIGINT, before)
         threading.Thread(target=interrupt).start()
-        with self.assertRaises(KeyboardInterrupt):
+        # Python looks for signals after each step.
+        every_step = unittest.mock.patch("relcp._record._UPDATE_EVERY", 0.0)
+        with every_step, self.assertRaises(KeyboardInterrupt):
             relcp.run(colony(**{"time.dt": 0.0005}), path, progress=False, **arguments)
         signal.signal(signal.SIGINT, before)
         run = relcp.Run(path)
