@@ -55,8 +55,9 @@ const REGULARIZATION: f64 = 1e-12;
 const SHORTEST_OF: f64 = 1e-6;
 const LONGEST_OF: f64 = 3e-2;
 
-/// Steps in a row that are shorter than this end a start.
-const SHORT: f64 = 1e-3;
+/// So many steps in a row that are shorter than this end a start. Starts of a wedge take up to 15 steps of 1e-4 to 1e-2
+/// in which its multipliers grow, and then converge.
+const SHORT: f64 = 1e-6;
 const MOST_SHORT: u32 = 4;
 
 /// The state of a unit: multipliers and slacks, both inside of the cone, and what a step needs.
