@@ -139,7 +139,8 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
 /// Starts a run with a state of another one.
 fn branch(arguments: &Arguments, from: &Recorded) -> Result<Run, CliError> {
     let begun = Instant::now();
-    let branch = Branch::open(&from.run, from.time)?;
+    let keys = arguments.sets.iter().filter_map(|set| set.split_once('=')).map(|(key, _)| key.trim().to_owned());
+    let branch = Branch::open(&from.run, from.time)?.with_keys(keys);
     let own = branch.scene();
     let scene = Scene::load(arguments.scene.as_ref().unwrap_or(&own), &arguments.sets)?;
     driver::compute_alone(&arguments.compute, &scene, arguments.scene.as_deref());

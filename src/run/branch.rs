@@ -3,10 +3,12 @@
 use super::RunError;
 use crate::digits::exact;
 use crate::record::{Folder, Parent, RecordError, all_differing_keys, read_state, state_hash};
-use crate::scene::changes::{is_of_contacts, is_settled};
+use crate::scene::changes::{is_in, is_of_contacts, is_settled};
 use crate::scene::{KeyChange, Scene};
 use crate::simulation::{Compute, Simulation};
 use crate::step::State;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A recorded time that is later by this part of a step than the one asked for counts as that time.
@@ -52,6 +54,8 @@ pub struct Branch {
     recorded: Recorded,
     /// The other run's.
     before: Scene,
+    /// Keys that were set for this branch.
+    set: Vec<String>,
 }
 
 impl Branch {
@@ -82,7 +86,14 @@ impl Branch {
             let asked = exact(time.unwrap_or(f64::NAN));
             return Err(none(format!("its first state is at time {}, after {asked}", exact(first.time))));
         };
-        Ok(Branch { folder, source, recorded, before: scene })
+        Ok(Branch { folder, source, recorded, before: scene, set: Vec::new() })
+    }
+
+    /// With dotted keys whose values were set for this branch. A value counts then although an earlier one of the scene's
+    /// `changes` sets the key, also a value that the scene has without its changes.
+    #[must_use]
+    pub fn with_keys(self, keys: impl IntoIterator<Item = String>) -> Self {
+        Branch { set: keys.into_iter().collect(), ..self }
     }
 
     /// The scene of the other run.
@@ -105,7 +116,7 @@ impl Branch {
     ///
     /// The scene is that of the other run, with other values of keys. `planar`, `periodic`, `bodies`, `generate`,
     /// `groups` and the bodies of `bonds` must not differ. Another `time.dt` becomes one of its `changes`, at the time of
-    /// the state. Where nothing differs and the state has multipliers, the simulation has the
+    /// the state, and so does each key that differs and that an earlier change sets. Where nothing differs and the state has multipliers, the simulation has the
     /// bits of the other one on the CPU.
     ///
     /// # Errors
@@ -128,7 +139,9 @@ impl Branch {
         }
         scene.follow_defaults(&self.before);
         let (header, mut state) = read_state(&self.source)?;
+        let again = self.undone(scene, &changed);
         self.change_step_size(scene);
+        self.change_again(scene, again);
         if scene.time.end < time {
             let end = exact(scene.time.end);
             return Err(self.refuse(format!("time.end, {end}, is before the state's time, {}", exact(time))));
@@ -158,6 +171,28 @@ impl Branch {
         if dt != scene.time.dt {
             let made = scene.changes.partition_point(|change| change.at <= self.recorded.time);
             scene.changes.insert(made, KeyChange::new(self.recorded.time, [("time.dt".into(), dt.into())]));
+        }
+    }
+
+    /// The values of this branch that a change before the state would take back, by their keys.
+    fn undone(&self, scene: &Scene, changed: &[String]) -> BTreeMap<String, Value> {
+        let made = scene.changes.iter().take_while(|change| change.at <= self.recorded.time);
+        let made: Vec<&String> = made.flat_map(|change| change.set.keys()).collect();
+        let is_undone = |key: &&String| made.iter().any(|set| is_in(key, set) || is_in(set, key));
+        let values = serde_json::to_value(scene).unwrap_or_default();
+        let value = |key: &String| {
+            let place = format!("/{}", key.replace('.', "/"));
+            values.pointer(&place).map(|value| (key.clone(), value.clone()))
+        };
+        let own = changed.iter().chain(&self.set).filter(|key| !is_in(key, "changes"));
+        own.filter(is_undone).filter_map(value).collect()
+    }
+
+    /// Sets these values at the state's time.
+    fn change_again(&self, scene: &mut Scene, values: BTreeMap<String, Value>) {
+        if !values.is_empty() {
+            let made = scene.changes.partition_point(|change| change.at <= self.recorded.time);
+            scene.changes.insert(made, KeyChange::new(self.recorded.time, values));
         }
     }
 

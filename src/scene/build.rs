@@ -86,7 +86,9 @@ impl Scene {
         let given = self.bodies.iter().map(|b| b.lineage.map(|line| line.id)).chain(std::iter::repeat(None));
         // A parent's id stays reserved after the parent has divided or was removed.
         let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
-        let mut next = taken.max().unwrap_or(0).max(self.next_id.unwrap_or(0));
+        // A bond of daughters has the number of the mother's id and one: those of the scene are not given again.
+        let numbers = self.bodies.iter().filter_map(|b| b.daughter_bonds).flatten().max();
+        let mut next = taken.chain(numbers).max().unwrap_or(0).max(self.next_id.unwrap_or(0));
         given.map(move |id| {
             id.unwrap_or_else(|| {
                 next += 1;

@@ -80,7 +80,7 @@ pub(crate) fn is_of_contacts(key: &str) -> bool {
 }
 
 /// Whether a dotted key is `of`, or inside of it.
-fn is_in(key: &str, of: &str) -> bool {
+pub(crate) fn is_in(key: &str, of: &str) -> bool {
     key.strip_prefix(of).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 

@@ -60,6 +60,8 @@ pub struct Plan {
     pub(super) friction_gap: f64,
     /// Recursions that may move the offsets of rows before rows are appended.
     pub(super) most_tightenings: u32,
+    /// Whether bonds or joints keep a length or an angle exactly.
+    pub(super) has_rigid_bonds: bool,
     /// Whether the least bad trial of an attempt is kept.
     pub(super) keeps_least_bad: bool,
 }
@@ -80,6 +82,7 @@ impl Plan {
             disturbed: None,
             friction_gap: model.contact.overlap_tolerance.max(model.friction.elastic_slip),
             most_tightenings: most_tightenings(model),
+            has_rigid_bonds: model.bonds.keep_something(),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
         }
     }

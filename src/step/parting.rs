@@ -38,8 +38,10 @@ impl Taking<'_> {
             // If rows contradict each other, a trial without overlap may have thrown bodies far apart.
             let depth = again.start_overlap().max(plan.contact.overlap_tolerance);
             let is_within = tried.report.largest_move <= MOST_MOVE_OF_PARTING * depth * again.bodies() as f64;
-            let flies = tried.throws() || tried.report.passed.is_some();
-            if !is_within || (guarded && flies) {
+            let passes = tried.report.passed.is_some();
+            let flies = tried.throws() || passes;
+            // A rigid bond off its length would draw its bodies through others.
+            if !is_within || (guarded && flies) || (self.plan.has_rigid_bonds && passes) {
                 break;
             }
             self.report.phases += again.accept()?;

@@ -168,3 +168,30 @@ fn bonds_of_daughters_that_mean_nothing_are_refused_with_their_keys() {
     of["growth"]["bond_daughters"]["implicit"] = json!(true);
     assert!(refusal(&of).0.starts_with("growth.bond_daughters"));
 }
+
+#[test]
+fn numbers_of_bonds_that_a_scene_gives_are_checked_and_not_given_again() {
+    let cell = |x: f64, ends: [u64; 2]| {
+        json!({"shape": {"spherocylinder": {"diameter": DIAMETER, "length": 1.5}}, "position": [x, 0, 0], "angle": 0,
+            "daughter_bonds": ends})
+    };
+    let of = |cells: Vec<Value>| {
+        let mut of = founder(&json!({"stiffness": "rigid"}), 0.0, true);
+        of["generate"] = json!([]);
+        of["bodies"] = json!(cells);
+        of["time"]["end"] = json!(0.6);
+        of
+    };
+    for (cells, key) in [
+        (vec![cell(0.0, [3, 3])], "bodies.0.daughter_bonds"),
+        (vec![cell(-1.5, [0, 1]), cell(0.0, [0, 1])], "bodies.1.daughter_bonds.1"),
+    ] {
+        assert_eq!(refusal(&of(cells)).0, key);
+    }
+    let mut alone = of(vec![cell(-1.5, [0, 1]), cell(0.0, [1, 0])]);
+    alone["growth"].as_object_mut().unwrap().remove("bond_daughters");
+    assert_eq!(refusal(&alone).0, "bodies.0.daughter_bonds");
+    // The number 1 would be that of the bond between the daughters of a cell with the id 0.
+    let end = run(parse(&of(vec![cell(-1.5, [0, 1]), cell(0.0, [1, 0])])), &Compute::Cpu).bodies;
+    assert_eq!((end.len(), bonds(&end).len()), (4, 3));
+}

@@ -326,3 +326,32 @@ fn joints_that_mean_nothing_are_refused_with_their_keys() {
     });
     assert!(key == "joints.0.weld.rest" && message.contains("required"), "{message}");
 }
+
+/// A rigid joint, whose points start apart on both sides of a fixed rod, would draw its ball through the rod.
+#[test]
+fn a_joint_that_starts_far_off_draws_no_body_through_another_unseen() {
+    for law in [overdamped(), inertial()] {
+        let balls = [
+            ball(0.3, DVec3::new(0.3, 2.0, 0.0), DQuat::IDENTITY),
+            fixed(ball(0.3, DVec3::new(0.0, -2.0, 0.0), DQuat::IDENTITY)),
+        ];
+        let joint = json!({"ball": {"bodies": [0, 1], "at": [[0, 0, 0], [0, 1, 0]]}});
+        let mut of = scene(&law, (0.01, 0.1), &balls, &[joint]);
+        of["planar"] = json!(true);
+        of["generate"] = json!([{"fence": {"points": [[-3, 0, 0], [3, 0, 0]], "diameter": 0.4}}]);
+        let mut simulation = Simulation::new(parse(&of)).unwrap();
+        let mut passed = false;
+        let stopped = loop {
+            if simulation.done() {
+                break false;
+            }
+            match simulation.step() {
+                Ok(report) => passed |= report.passed.is_some(),
+                Err(_) => break true,
+            }
+        };
+        let below = simulation.state().unwrap().bodies.position[0].y < 0.0;
+        assert!(!below || passed || stopped, "it went through without a word");
+        assert!(passed || stopped, "there is no way");
+    }
+}

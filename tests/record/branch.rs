@@ -129,3 +129,37 @@ fn what_a_state_has_settled_is_refused_with_its_keys_and_nothing_is_written() {
     fs::create_dir(place.path().join("empty")).unwrap();
     assert!(none(&place.path().join("empty"), None).contains("no run can begin"));
 }
+
+#[test]
+fn a_key_that_a_change_has_set_may_be_set_again() {
+    let place = tempfile::tempdir().unwrap();
+    let mut scene = cells(2.0);
+    let change = |at: f64, rate: f64| relcp::scene::KeyChange::new(at, [("growth.rate".to_owned(), rate.into())]);
+    scene.changes = vec![change(0.5, 1.0)];
+    to_end(begin(place.path(), "parent", scene.clone()));
+    scene.changes.push(change(1.5, 2.0));
+    let whole = to_end(begin(place.path(), "whole", scene));
+    let branch = Branch::open(&place.path().join("parent"), Some(1.5)).unwrap().with_keys(["growth.rate".to_owned()]);
+    let own = branch.scene();
+    // Another value, and the one that the scene has without its changes.
+    let hash = |value: &str, name: &str| {
+        let scene = Scene::load(&own, [format!("growth.rate={value}")]).unwrap();
+        let run = from(&branch, scene, &place.path().join(name)).unwrap();
+        assert_eq!(run.simulation().whole_scene().changes.len(), 2, "{value}");
+        to_end(run).state_hash
+    };
+    // The state has no multipliers, so that the bits are not those of the whole run.
+    let [same, slower, faster] =
+        [("2", "same"), ("1", "slower"), ("3", "faster")].map(|(value, name)| hash(value, name));
+    assert!(same != slower && slower != faster && same != faster, "{same} {slower} {faster}");
+    let lengths = |folder: &str| {
+        let bodies = Scene::read(place.path().join(folder).join("final.json")).unwrap().build().unwrap();
+        bodies.shape.iter().map(|shape| shape.growing_length().unwrap()).sum::<f64>()
+    };
+    let [parent, same, slower, faster] = ["parent", "same", "slower", "faster"].map(lengths);
+    assert!(
+        (slower - parent).abs() < 1e-9 && (same - lengths("whole")).abs() < 1e-9,
+        "{parent} {same} {slower} {faster}"
+    );
+    assert!(whole.bodies > 1 && slower < same && same < faster, "{slower} {same} {faster}");
+}

@@ -194,6 +194,11 @@ impl Bonds {
         held.filter_map(|bond| Some((bond, incidence.pair(bond)?))).collect()
     }
 
+    /// Whether any keeps a length or an angle.
+    pub fn keep_something(&self) -> bool {
+        (0..self.list.len()).any(|bond| self.keeps_something(bond))
+    }
+
     /// By how much the worst rigid bond is off its length, or off its angle at its reach.
     pub fn rigid_stretch(&self, bodies: &Bodies) -> f64 {
         let of = |(bond, pair): (usize, [usize; 2])| {

@@ -38,7 +38,33 @@ impl Scene {
                 check_lineage(&key.field("lineage"), lineage, &mut ids)?;
             }
         }
+        self.check_all_daughter_bonds(&key)?;
         self.check_next_id(root)
+    }
+
+    /// No two bodies have the same number at the same end, and the bonds have settings.
+    fn check_all_daughter_bonds(&self, key: &Key) -> Result<(), SceneError> {
+        let has_settings = self.growth.iter().any(|growth| growth.bond_daughters.is_some());
+        let mut seen: [HashSet<u64>; 2] = Default::default();
+        for (i, body) in self.bodies.iter().enumerate() {
+            let Some(ends) = body.daughter_bonds else { continue };
+            let body = key.index(i);
+            let key = body.field("daughter_bonds");
+            if !has_settings {
+                let why = "needs growth.bond_daughters, which has the settings of these bonds";
+                return Err(SceneError::bad(key, why));
+            }
+            for (end, number) in ends.into_iter().enumerate().filter(|(_, number)| *number > 0) {
+                if !seen[end].insert(number) {
+                    let side = ["lower", "upper"][end];
+                    let why = format!(
+                        "is the number at the {side} end of another body too; a bond joins an upper and a lower end"
+                    );
+                    return Err(SceneError::bad(key.index(end), why));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// An id that a body had may not be given again.
@@ -168,6 +194,7 @@ fn check_daughter_bonds(key: &Key, body: &Body) -> Result<(), SceneError> {
     }
     match ends.iter().position(|end| *end > LARGEST_END) {
         Some(end) => Err(SceneError::bad(key.index(end), format!("must be at most {LARGEST_END}"))),
+        None if ends[0] == ends[1] && ends[0] > 0 => Err(SceneError::bad(key, "would bond the cell to itself")),
         None => Ok(()),
     }
 }
