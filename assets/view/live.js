@@ -264,7 +264,7 @@ class Live {
   async post(place, body) {
     this.fault.textContent = "";
     try {
-      const answer = await fetch(place, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+      const answer = await fetch(place, { method: "POST", headers: { "Content-Type": "application/json" }, body: typeof body === "string" ? body : JSON.stringify(body) });
       const said = await answer.json();
       if (answer.ok) return said;
       this.fault.textContent = [said.error, said.help].filter(Boolean).join(" – ");
@@ -328,7 +328,8 @@ class Live {
   /** Sets all keys that were edited, as one change. */
   async change() {
     // The reader of scenes says what is wrong with what is no number.
-    const valueOf = (text) => { try { return JSON.parse(text); } catch { return text; } };
+    // As it was written: a whole number may have more digits than a number here.
+    const valueOf = (text) => { try { JSON.parse(text); return text; } catch { return JSON.stringify(text); } };
     const set = {};
     for (const [key, { input, text }] of this.rows) if (input.value.trim() !== text) set[key] = valueOf(input.value.trim());
     const [other, value] = this.other.map((input) => input.value.trim());
@@ -337,7 +338,8 @@ class Live {
       this.fault.textContent = "No value was edited.";
       return;
     }
-    const said = await this.post("change", set);
+    const pairs = Object.entries(set).map(([key, value]) => `${JSON.stringify(key)}: ${value}`);
+    const said = await this.post("change", `{ ${pairs.join(", ")} }`);
     if (!said) return;
     for (const key of Object.keys(set)) {
       const field = this.rows.get(key);

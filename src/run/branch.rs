@@ -128,7 +128,7 @@ impl Branch {
     }
 
     fn take(&self, scene: &mut Scene) -> Result<(State, Parent), RecordError> {
-        let changed = all_differing_keys(&self.folder.scene(), scene);
+        let mut changed = all_differing_keys(&self.folder.scene(), scene);
         let settled: Vec<&str> = changed.iter().map(String::as_str).filter(|key| is_settled(key)).collect();
         if !settled.is_empty() {
             return Err(self.refuse(format!("{} cannot change: the state has them already", settled.join(", "))));
@@ -140,6 +140,9 @@ impl Branch {
         scene.follow_defaults(&self.before);
         let (header, mut state) = read_state(&self.source)?;
         let again = self.undone(scene, &changed);
+        for key in again.keys().filter(|key| !changed.contains(key)).cloned().collect::<Vec<_>>() {
+            changed.push(key);
+        }
         self.change_step_size(scene);
         self.change_again(scene, again);
         if scene.time.end < time {
