@@ -355,3 +355,30 @@ fn a_joint_that_starts_far_off_draws_no_body_through_another_unseen() {
         assert!(passed || stopped, "there is no way");
     }
 }
+
+/// Rows of rigid hinges and welds in a loop say the same more than once.
+#[test]
+fn loops_of_rigid_joints_keep_their_shape() {
+    let corner = |i: usize| DVec3::new((TAU * i as f64 / 3.0).cos(), (TAU * i as f64 / 3.0).sin(), 0.1 * i as f64);
+    let turned = |i: usize| DQuat::from_scaled_axis(DVec3::new(0.3, -0.2 * i as f64, 0.7));
+    let balls: Vec<Value> = (0..3).map(|i| ball(0.3, corner(i), turned(i))).collect();
+    // The middle of two balls, in the axes of each.
+    let between = |a: usize, b: usize| {
+        let middle = 0.5 * (corner(a) + corner(b));
+        [a, b].map(|i| (turned(i).inverse() * (middle - corner(i))).to_array())
+    };
+    let weld = |a: usize, b: usize| json!({"weld": {"bodies": [a, b], "at": between(a, b)}});
+    for law in [overdamped(), inertial()] {
+        for joints in [vec![weld(0, 1), weld(1, 2), weld(2, 0)], vec![weld(0, 1), weld(0, 1), weld(1, 2)]] {
+            let mut of = scene(&law, (0.01, 0.2), &balls, &joints);
+            of["forces"] = json!([{"uniform": {"force": [0.4, 0.1, -1.0]}}]);
+            let side = |bodies: &Bodies, a: usize, b: usize| (bodies.position[a] - bodies.position[b]).length();
+            watch(&of, |bodies| {
+                for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                    let right = (corner(a) - corner(b)).length();
+                    assert!((side(bodies, a, b) - right).abs() < 5e-5, "{a} {b}: {}", side(bodies, a, b) - right);
+                }
+            });
+        }
+    }
+}

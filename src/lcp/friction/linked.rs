@@ -14,10 +14,19 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
+use std::collections::BTreeMap;
+
+/// All bodies that do not move, in place of an index.
+const STILL: u32 = u32::MAX;
 
 /// Addition to the diagonal, as a part of each entry: rows of a loop say the same twice, and their matrix alone has no
 /// factor. The iterations correct it.
 const REGULARIZATION: f64 = 1e-11;
+
+/// The same where the bodies of rows form loops, whose rows may say the same twice. Of ten loops of rigid hinges and
+/// welds none is solved with 1e-11, eight with 1e-7, nine with 1e-6 and all with 1e-5. A chain of 50 rigid rods, which
+/// has no loop, takes 96, 129 and 558 products in 20 steps with 1e-11, 1e-7 and 1e-5.
+const REGULARIZATION_OF_LOOPS: f64 = 1e-5;
 
 /// The largest number of entries of the block and of its factor; with more, rows are solved pair by pair.
 const MOST_ENTRIES: usize = 20_000_000;
@@ -71,6 +80,7 @@ impl Linked {
         self.column.clear();
         self.entry.clear();
         self.value.clear();
+        let added = if self.has_loops(product) { REGULARIZATION_OF_LOOPS } else { REGULARIZATION };
         let mut below: Vec<u32> = Vec::new();
         for (place, row) in (0..).zip(&self.rows) {
             self.column.push(self.entry.len() as u32);
@@ -90,7 +100,7 @@ impl Linked {
                 let shared = sides.filter(|(own, its)| pair[*row][*own] == pair[with][*its]);
                 let mut value: f64 = shared.map(|(own, its)| dot(&jacobian[*row][own], &jacobian[with][its])).sum();
                 if *other == place {
-                    value = (value + compliance[*row]) * (1.0 + REGULARIZATION);
+                    value = (value + compliance[*row]) * (1.0 + added);
                 }
                 self.entry.push(*other);
                 self.value.push(value);
@@ -98,6 +108,36 @@ impl Linked {
         }
         self.column.push(self.entry.len() as u32);
         true
+    }
+
+    /// Whether rows join bodies that others join already, or two bodies have more rows than unknowns. Bodies that do not
+    /// move are one.
+    fn has_loops<const D: usize>(&self, product: &Product<D>) -> bool {
+        let (pair, jacobian) = (product.pair(), product.jacobian());
+        let mut rows_of: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+        for row in &self.rows {
+            let place = |side: usize| {
+                let moves = jacobian[*row][side].iter().any(|number| *number != 0.0);
+                if moves { pair[*row][side] } else { STILL }
+            };
+            let [a, b] = [place(0), place(1)];
+            *rows_of.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+        // The bodies that are joined to each other, by one of them.
+        let mut joined: BTreeMap<u32, u32> = BTreeMap::new();
+        let root = |joined: &BTreeMap<u32, u32>, mut body: u32| {
+            while let Some(next) = joined.get(&body) {
+                body = *next;
+            }
+            body
+        };
+        rows_of.into_iter().any(|([a, b], rows)| {
+            let (a, b) = (root(&joined, a), root(&joined, b));
+            if a != b {
+                joined.insert(a, b);
+            }
+            a == b || rows > D
+        })
     }
 
     /// The factor of the block, if it has one.
