@@ -40,6 +40,7 @@ mod projected_gauss_seidel;
 mod projected_jacobi;
 mod relax;
 mod solver;
+mod sparse_cholesky;
 mod stored;
 mod team;
 

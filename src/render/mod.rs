@@ -4,7 +4,8 @@
 //! family (`intersect`). A picture's bytes are the same for any number of threads. A device may cast the rays
 //! ([`Rays`]).
 //!
-//! [`picture`] draws bodies, [`render`](fn@render) a run's states into files, [`Reel`] in memory, and [`fn@movie`] makes a movie.
+//! [`picture`] draws bodies, [`render`](fn@render) a run's states into files, [`Reel`] in memory, and [`fn@movie`]
+//! makes a movie.
 
 mod animation;
 mod backdrop;

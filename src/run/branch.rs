@@ -89,8 +89,8 @@ impl Branch {
         Ok(Branch { folder, source, recorded, before: scene, set: Vec::new() })
     }
 
-    /// With dotted keys whose values were set for this branch. A value counts then although an earlier one of the scene's
-    /// `changes` sets the key, also a value that the scene has without its changes.
+    /// The branch with dotted keys that its user has set. Their values hold from the state on, also where an earlier
+    /// entry of `changes` sets the key, and where the value is the scene's own.
     #[must_use]
     pub fn with_keys(self, keys: impl IntoIterator<Item = String>) -> Self {
         Branch { set: keys.into_iter().collect(), ..self }
@@ -115,9 +115,9 @@ impl Branch {
     /// it the random streams. [`Run::start_from`](super::Run::start_from) makes a run of it.
     ///
     /// The scene is that of the other run, with other values of keys. `planar`, `periodic`, `bodies`, `generate`,
-    /// `groups` and the bodies of `bonds` must not differ. Another `time.dt` becomes one of its `changes`, at the time of
-    /// the state, and so does each key that differs and that an earlier change sets. Where nothing differs and the state has multipliers, the simulation has the
-    /// bits of the other one on the CPU.
+    /// `groups` and the bodies of `bonds` must not differ. Another `time.dt` becomes one of its `changes`, at the time
+    /// of the state, and so does each key that differs and that an earlier change sets. Where nothing differs and the
+    /// state has multipliers, the simulation has the bits of the other one on the CPU.
     ///
     /// # Errors
     /// [`RecordError::NoBranch`] with the keys that must not differ, or if the scene ends before the state; a state
@@ -140,9 +140,9 @@ impl Branch {
         scene.follow_defaults(&self.before);
         let (header, mut state) = read_state(&self.source)?;
         let again = self.undone(scene, &changed);
-        for key in again.keys().filter(|key| !changed.contains(key)).cloned().collect::<Vec<_>>() {
-            changed.push(key);
-        }
+        // A value that the scene has without its changes does not differ.
+        let same: Vec<String> = again.keys().filter(|key| !changed.contains(key)).cloned().collect();
+        changed.extend(same);
         self.change_step_size(scene);
         self.change_again(scene, again);
         if scene.time.end < time {

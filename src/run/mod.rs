@@ -6,6 +6,7 @@ mod error;
 mod follow;
 mod measured;
 mod memory;
+mod own;
 mod schedule;
 mod steer;
 mod summary;
@@ -19,7 +20,6 @@ pub use follow::{follow, together};
 pub use memory::peak_bytes;
 pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary};
 
-use crate::dynamics::ForceField;
 use crate::record::lives::Lives;
 use crate::record::steps::Steps;
 use crate::record::{
@@ -28,7 +28,7 @@ use crate::record::{
 };
 use crate::render::{Backdrop, View, picture};
 use crate::scene::{Scene, StopReason};
-use crate::simulation::{Compute, Rules, Simulation};
+use crate::simulation::{Compute, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap_but};
 use measured::Measures;
 use schedule::Schedule;
@@ -214,7 +214,7 @@ impl Run {
         totals.wall.setup += setup;
         totals.wall.total += setup;
         totals.taken_up_by(&simulation);
-        notes.extend(totals.own.iter().map(|own| without(own)));
+        notes.extend(totals.own.iter().map(|own| own::without(own)));
         let saved = folder.count_lcps()?;
         let mut run = Run::new(simulation, folder, (steps, measures, lives), schedule, scene_hash, totals);
         run.simulation.count_lcps(saved);
@@ -269,27 +269,6 @@ impl Run {
         &self.simulation
     }
 
-    /// Adds an external force to those of the scene. It is not in the folder: a resumed run needs the same forces again,
-    /// and has a [note](Run::notes) until it gets some.
-    pub fn add_force(&mut self, force: Box<dyn ForceField>) {
-        self.has_own("forces");
-        self.simulation.add_force(force);
-    }
-
-    /// Has cells grow and divide by these rules. As for forces, a resumed run needs the same ones again.
-    pub fn set_rules(&mut self, rules: Box<dyn Rules>) {
-        self.has_own("rules");
-        self.simulation.set_rules(rules);
-    }
-
-    /// Remembers what of a user's own acts on the run.
-    fn has_own(&mut self, what: &str) {
-        self.notes.retain(|note| *note != without(what));
-        if !self.totals.own.iter().any(|own| own == what) {
-            self.totals.own.push(what.into());
-        }
-    }
-
     /// Its folder.
     pub fn folder(&self) -> &Folder {
         &self.folder
@@ -325,19 +304,6 @@ impl Run {
         self.totals.add(&report, self.simulation.scene().contact.overlap_tolerance, wall);
         self.record(&report, wall)?;
         Ok(report)
-    }
-
-    /// Takes a step that failed by its user's own force or rule as not begun, as the user has interrupted it there: the
-    /// run is to be resumed.
-    ///
-    /// # Errors
-    /// A file that cannot be removed.
-    pub fn interrupted(&mut self) -> Result<(), RecordError> {
-        let last = self.folder.last();
-        match self.stopped.take() {
-            Some(_) if last.exists() => std::fs::remove_file(&last).map_err(RecordError::io(&last, "remove it")),
-            _ => Ok(()),
-        }
     }
 
     fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
@@ -501,11 +467,6 @@ fn tell(report: &StepReport, tolerance: f64, wall: Duration) {
     if *max_overlap > tolerance {
         log::warn!("step {step}: overlap {max_overlap:.3e} of {tolerance:.1e} allowed, {:?}", report.worst_pair);
     }
-}
-
-/// The note of a resumed run that lacks what of a user's own acted on it.
-fn without(own: &str) -> String {
-    format!("{own} of a user's own acted on this run and are not in its folder: without them it goes on in another way")
 }
 
 fn removes(scene: &Scene) -> bool {

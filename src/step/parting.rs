@@ -1,5 +1,5 @@
-//! Separates bodies that overlap, without advancing time: those of a start that overlaps, and those that still overlap a
-//! little at the end of the shortest piece of a step.
+//! Separates bodies that overlap, without advancing time: those of a start that overlaps, and those that still overlap
+//! a little at the end of the shortest piece of a step.
 
 use super::algorithm::{Attempt, Plan, attempt};
 use super::retry::{Taking, go_to_least_bad};

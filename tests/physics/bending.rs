@@ -1,6 +1,6 @@
 //! The bending stiffness of bonds against closed forms: implicit Euler, cantilevers, buckling, angles in heat.
 
-use crate::scenes::{in_two_parts, parse, refusal, run};
+use crate::scenes::{in_two_parts, parse, refusal, run, watch};
 use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use relcp::scene::Scene;
@@ -23,17 +23,6 @@ fn overdamped() -> Value {
 
 fn inertial() -> Value {
     json!({"inertial": {"density": DENSITY}})
-}
-
-/// Takes all steps of a scene, and shows each state.
-fn watch(of: &Value, mut see: impl FnMut(&Bodies)) -> Simulation {
-    let mut simulation = Simulation::new(parse(of)).unwrap();
-    see(&simulation.state().unwrap().bodies);
-    while !simulation.done() {
-        simulation.step().unwrap();
-        see(&simulation.state().unwrap().bodies);
-    }
-    simulation
 }
 
 /// A ball at the end of an arm of a fixed one, turned by `angle` about `axis`; the bond holds its centre, so that only

@@ -1,6 +1,6 @@
 //! Implicit bonds against the closed forms of implicit Euler, pendulums, and balances; chains at any stiffness.
 
-use crate::scenes::{in_two_parts, parse, refusal, run};
+use crate::scenes::{in_two_parts, parse, refusal, run, watch};
 use glam::DVec3;
 use relcp::bodies::Bodies;
 use relcp::scene::Scene;
@@ -47,17 +47,6 @@ fn scene(dynamics: &Value, (dt, end): (f64, f64), bodies: &[Value], bonds: &[Val
 fn pulled_down(mut scene: Value) -> Value {
     scene["forces"] = json!([{"gravity": {"acceleration": [0, 0, -GRAVITY]}}]);
     scene
-}
-
-/// Takes all steps of a scene, and shows each state.
-fn watch(of: &Value, mut see: impl FnMut(&Bodies)) -> Simulation {
-    let mut simulation = Simulation::new(parse(of)).unwrap();
-    see(&simulation.state().unwrap().bodies);
-    while !simulation.done() {
-        simulation.step().unwrap();
-        see(&simulation.state().unwrap().bodies);
-    }
-    simulation
 }
 
 fn apart(bodies: &Bodies) -> f64 {

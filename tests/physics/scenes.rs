@@ -31,6 +31,17 @@ pub fn run(scene: Scene, compute: &Compute) -> State {
     to_end(Simulation::builder(scene).on(compute).build().unwrap())
 }
 
+/// Takes all steps of a scene, and shows each state.
+pub fn watch(of: &Value, mut see: impl FnMut(&Bodies)) -> Simulation {
+    let mut simulation = Simulation::new(parse(of)).unwrap();
+    see(&simulation.state().unwrap().bodies);
+    while !simulation.done() {
+        simulation.step().unwrap();
+        see(&simulation.state().unwrap().bodies);
+    }
+    simulation
+}
+
 pub fn to_end(mut simulation: Simulation) -> State {
     while !simulation.done() {
         simulation.step().unwrap();

@@ -101,8 +101,9 @@ pub(in crate::cli) struct Run {
     /// At the end write a page that shows the run in a browser, like `relcp view`
     #[arg(long)]
     pub(in crate::cli) view: bool,
-    /// Serve a page on this computer that shows the run while it goes on, and steers it: play, pause, step, other values
-    /// of keys, end. The run waits at its start for the page. The address has a token; only who knows it can use the page
+    /// Serve a page on this computer that shows the run while it goes on, and steers it: play, pause, step, other
+    /// values of keys, end. The run waits at its start for the page. The address has a token; only who knows it can
+    /// use the page
     #[arg(long)]
     pub(in crate::cli) live: bool,
     /// With --live: the port of the page [default: a free one]

@@ -49,7 +49,7 @@ pub(super) enum Phase {
     Ended,
 }
 
-/// What the run tells of itself.
+/// The status of the run, for its pages.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Status {
     /// Grows with each change of the others.

@@ -215,7 +215,7 @@ impl Driver {
     }
 }
 
-/// What the page is told of a change that was refused. The outer error is that of a file, after which no run goes on.
+/// The answer to a change that was refused. The outer error is one of a file, which ends the run.
 fn refusal(error: Error) -> Result<Refusal, CliError> {
     match error {
         Error::Scene(fault) => Ok(Refusal { error: fault.to_string(), help: fault.help_text().map(str::to_owned) }),

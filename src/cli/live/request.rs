@@ -29,7 +29,7 @@ pub(super) struct Request {
 /// Why there is no request: a status and a sentence. None: the client has gone or sent nothing.
 pub(super) type Unread = Option<(u16, &'static str)>;
 
-/// What the head tells of the body.
+/// The head of a request, and the length of its body.
 struct Head {
     request: Request,
     /// Bytes of the head.

@@ -28,7 +28,7 @@ pub(super) struct Door {
     token: String,
 }
 
-/// What a page is told beside a state.
+/// The news that a page gets with a state.
 #[derive(Serialize)]
 struct News<'a> {
     status: &'a Status,

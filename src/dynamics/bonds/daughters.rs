@@ -1,9 +1,9 @@
 //! Bonds between daughters, which later divisions inherit.
 //!
-//! A division of a cell gives the ends of her daughters that meet the same number, that of the mother's id and one; each
-//! daughter keeps the number at her other end. The bonds of a state are the pairs of an upper and a lower end with the
-//! same number, so that inheritance needs nothing more. The numbers are two named columns of the bodies, zero where an
-//! end has no bond; they are recorded with a state as all columns are.
+//! A division gives the two ends of the daughters that meet the same number: the mother's id and one. Each daughter
+//! keeps the number at her other end. The bonds of a state are the pairs of an upper and a lower end with the same
+//! number, so that inheritance needs nothing more. The numbers are two named columns of the bodies, zero where an end
+//! has no bond. They are recorded with a state as all columns are.
 
 use super::{Bending, Bond, Bonds};
 use crate::bodies::Bodies;

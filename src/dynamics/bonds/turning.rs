@@ -9,10 +9,10 @@
 //! * a weld resists the rotation from the orientation that the second body has at rest.
 //!
 //! A turn has a row along each of some axes `c` that turn with a body, half-way into the turn. As the body turns by
-//! `psi` against the other, the part of `theta n` along `c` changes by `c . (n n + f (1 - n n)) psi` with `f = (theta /
-//! 2) cot(theta / 2)`, which the rows have as the square of `n n + f^1/2 (1 - n n)`: their compliances `1 / B` then give
-//! Newton's matrix of the energy. That of a bend is exact for bends of any axis across both directions, that of a weld
-//! has its symmetric part (rotation vectors: J. Diebel, *Representing Attitude*, 2006, section 7).
+//! `psi` against the other, the part of `theta n` along `c` changes by `c . (n n + f (1 - n n)) psi` with
+//! `f = (theta / 2) cot(theta / 2)`. The rows have the root of this, `n n + f^1/2 (1 - n n)`, so that their compliances
+//! `1 / B` give Newton's matrix of the energy. That of a bend is exact for bends of any axis across both directions,
+//! that of a weld has its symmetric part (rotation vectors: J. Diebel, *Representing Attitude*, 2006, section 7).
 
 use crate::motion::Pose;
 use glam::{DQuat, DVec3};

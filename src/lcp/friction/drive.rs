@@ -19,7 +19,8 @@ const FOLLOWS: u32 = 20;
 const MOST_BETWEEN: u64 = 100;
 const LEAST_OF_CHANGE: f64 = 0.1;
 
-/// `auto` goes on with the interior-point method, if the problem is not too large for it, and then with `apgd` where so many iterations of `pair_block_cg` did not halve the residual.
+/// Where so many iterations of `pair_block_cg` did not halve the residual, `auto` goes on with the interior-point
+/// method, if the problem is not too large for it, and then with `apgd`.
 const ITERATIONS_TO_HALVE: u64 = 600;
 
 /// And ends where so many of `apgd` did not: the law is then solved with its corrections held.

@@ -7,13 +7,8 @@
 
 use super::unit::Unit;
 use crate::lcp::product::{Product, dot};
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
+use crate::lcp::sparse_cholesky::{Pattern, SparseCholesky};
+use faer::sparse::linalg::cholesky::CholeskySymbolicParams;
 use std::collections::BTreeMap;
 
 /// All bodies that do not move, in place of an index.
@@ -40,27 +35,24 @@ pub(super) struct Linked {
     column: Vec<u32>,
     entry: Vec<u32>,
     value: Vec<f64>,
-    symbolic: Option<SymbolicCholesky<u32>>,
-    factor: Vec<f64>,
-    memory: Option<MemBuffer>,
+    cholesky: SparseCholesky,
+    /// Whether there is a factor.
+    is_factorized: bool,
     right: Vec<f64>,
 }
 
 impl Linked {
     /// Whether the rows of linked units are solved here.
     pub fn is_some(&self) -> bool {
-        self.symbolic.is_some()
+        self.is_factorized
     }
 
     /// Takes the rows of a problem.
     pub fn rebuild<const D: usize>(&mut self, product: &Product<D>, units: &[Unit], compliance: &[f64]) {
-        (self.symbolic, self.memory) = (None, None);
         self.rows.clear();
         self.rows.extend(units.iter().filter(|unit| unit.linked && unit.live).map(|unit| unit.rows().start));
-        if !self.rows.is_empty() && self.fill(product, compliance) {
-            // Without a factor the rows are solved pair by pair.
-            self.symbolic = self.factorized();
-        }
+        // Without a factor the rows are solved pair by pair.
+        self.is_factorized = !self.rows.is_empty() && self.fill(product, compliance) && self.factorize();
     }
 
     /// Makes the block; `false` where it is too large.
@@ -110,8 +102,8 @@ impl Linked {
         true
     }
 
-    /// Whether rows join bodies that others join already, or two bodies have more rows than unknowns. Bodies that do not
-    /// move are one.
+    /// Whether rows join bodies that others join already, or two bodies have more rows than unknowns. Bodies that do
+    /// not move count as one.
     fn has_loops<const D: usize>(&self, product: &Product<D>) -> bool {
         let (pair, jacobian) = (product.pair(), product.jacobian());
         let mut rows_of: BTreeMap<[u32; 2], usize> = BTreeMap::new();
@@ -140,45 +132,21 @@ impl Linked {
         })
     }
 
-    /// The factor of the block, if it has one.
-    fn factorized(&mut self) -> Option<SymbolicCholesky<u32>> {
-        let n = self.rows.len();
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column, None, &self.entry);
-        let parameters = CholeskySymbolicParams::default();
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, parameters).ok()?;
-        if symbolic.len_val() > MOST_ENTRIES {
-            return None;
-        }
-        let memory = StackReq::or(
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
-        );
-        let mut memory = MemBuffer::try_new(memory).ok()?;
-        self.factor.clear();
-        self.factor.resize(symbolic.len_val(), 0.0);
-        let matrix = SparseColMatRef::new(pattern, &self.value);
-        let factor = symbolic.factorize_numeric_llt(
-            &mut self.factor,
-            matrix,
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Spec::default(),
-        );
-        factor.ok()?;
-        self.memory = Some(memory);
-        Some(symbolic)
+    /// Computes the factor of the block; says whether it has one.
+    fn factorize(&mut self) -> bool {
+        let pattern = Pattern { column: &self.column, entry: &self.entry };
+        self.cholesky.analyse(pattern, CholeskySymbolicParams::default(), MOST_ENTRIES)
+            && self.cholesky.factorize(pattern, &self.value)
     }
 
     /// `out = x - B^-1 g` of its rows, with the block `B`.
     pub fn descend(&mut self, x: &[f64], g: &[f64], out: &mut [f64]) {
-        let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else { return };
+        if !self.is_factorized {
+            return;
+        }
         self.right.clear();
         self.right.extend(self.rows.iter().map(|row| g[*row]));
-        let n = self.rows.len();
-        let right = MatMut::from_column_major_slice_mut(&mut self.right, n, 1);
-        LltRef::new(symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(memory));
+        self.cholesky.solve(&mut self.right);
         for (row, step) in self.rows.iter().zip(&self.right) {
             out[*row] = x[*row] - step;
         }

@@ -5,15 +5,9 @@
 //! with which it shares a row.
 
 use super::rows::UnitRows;
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::LltRegularization;
+use crate::lcp::sparse_cholesky::{Pattern, SparseCholesky};
 use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
+use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw};
 
 /// Marks a row with a zero block, which connects no bodies.
 const NONE: u32 = u32::MAX;
@@ -41,9 +35,7 @@ pub(super) struct NormalMatrix<const D: usize> {
     /// The row of each entry, and its value.
     entry: Vec<u32>,
     value: Vec<f64>,
-    symbolic: Option<SymbolicCholesky<u32>>,
-    factor: Vec<f64>,
-    memory: Option<MemBuffer>,
+    cholesky: SparseCholesky,
     /// The number of factorizations; the owner resets it.
     pub factorizations: u64,
 }
@@ -51,36 +43,21 @@ pub(super) struct NormalMatrix<const D: usize> {
 impl<const D: usize> NormalMatrix<D> {
     /// Computes the patterns for some rows. Neither the matrix nor the factor may have more than `largest` entries.
     pub fn analyse(&mut self, rows: &UnitRows<D>, largest: usize) -> Result<(), Refused> {
-        (self.symbolic, self.memory) = (None, None);
+        self.cholesky.forget();
         self.find_links(rows);
         let entries = rows.bodies * (D * (D + 1) / 2) + self.links.len() * D * D;
         if entries > largest {
             return Err(Refused::TooLarge);
         }
         self.lay_out(rows.bodies, entries);
-        let n = D * rows.bodies;
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column, None, &self.entry);
         // Blocks of D columns share a pattern: on 256 rods, 1,024 rods and 144 rings factors of dense panels take a
         // third of the time of others, and no more on larger systems.
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..CholeskySymbolicParams::default()
         };
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, parameters)
-            .map_err(|_| Refused::TooLarge)?;
-        if symbolic.len_val() > largest {
-            return Err(Refused::TooLarge);
-        }
-        let memory = StackReq::or(
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
-        );
-        self.memory = Some(MemBuffer::try_new(memory).map_err(|_| Refused::TooLarge)?);
-        self.factor.clear();
-        self.factor.try_reserve_exact(symbolic.len_val()).map_err(|_| Refused::TooLarge)?;
-        self.factor.resize(symbolic.len_val(), 0.0);
-        self.symbolic = Some(symbolic);
-        Ok(())
+        let pattern = Pattern { column: &self.column, entry: &self.entry };
+        if self.cholesky.analyse(pattern, parameters, largest) { Ok(()) } else { Err(Refused::TooLarge) }
     }
 
     fn find_links(&mut self, rows: &UnitRows<D>) {
@@ -126,7 +103,7 @@ impl<const D: usize> NormalMatrix<D> {
     /// the analysis.
     pub fn work(&self) -> f64 {
         let square = |length: usize| (length as f64).powi(2);
-        match self.symbolic.as_ref().map(SymbolicCholesky::raw) {
+        match self.cholesky.symbolic().map(SymbolicCholesky::raw) {
             None => 0.0,
             Some(SymbolicCholeskyRaw::Simplicial(factor)) => {
                 factor.col_ptr().windows(2).map(|bounds| square((bounds[1] - bounds[0]) as usize)).sum()
@@ -144,27 +121,13 @@ impl<const D: usize> NormalMatrix<D> {
 
     /// Factorizes for some weights of the rows.
     pub fn factorize(&mut self, rows: &UnitRows<D>, weight: &[f64]) -> Result<(), Refused> {
-        if self.symbolic.is_none() {
+        if self.cholesky.symbolic().is_none() {
             return Err(Refused::TooLarge);
         }
         self.fill(rows, weight);
         self.factorizations += 1;
-        let n = D * rows.bodies;
-        let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else {
-            return Err(Refused::TooLarge);
-        };
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column, None, &self.entry);
-        let matrix = SparseColMatRef::new(pattern, &self.value);
-        let factor = symbolic.factorize_numeric_llt(
-            &mut self.factor,
-            matrix,
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(memory),
-            Spec::default(),
-        );
-        factor.map(|_| ()).map_err(|_| Refused::NotPositive)
+        let pattern = Pattern { column: &self.column, entry: &self.entry };
+        if self.cholesky.factorize(pattern, &self.value) { Ok(()) } else { Err(Refused::NotPositive) }
     }
 
     fn fill(&mut self, rows: &UnitRows<D>, weight: &[f64]) {
@@ -204,10 +167,7 @@ impl<const D: usize> NormalMatrix<D> {
 
     /// Solves with the last factor.
     pub fn solve(&mut self, v: &mut [[f64; D]]) {
-        let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else { return };
-        let n = symbolic.nrows();
-        let right = MatMut::from_column_major_slice_mut(v.as_flattened_mut(), n, 1);
-        LltRef::new(symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(memory));
+        self.cholesky.solve(v.as_flattened_mut());
     }
 }
 

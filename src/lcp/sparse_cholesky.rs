@@ -1,0 +1,91 @@
+//! The sparse Cholesky factor of a symmetric positive matrix, given by the columns of its lower triangle. On one thread.
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side, Spec};
+
+/// The pattern of a matrix: the offset of each column and the end, and the row of each entry.
+#[derive(Clone, Copy)]
+pub(super) struct Pattern<'a> {
+    pub column: &'a [u32],
+    pub entry: &'a [u32],
+}
+
+impl<'a> Pattern<'a> {
+    fn symbolic(self) -> SymbolicSparseColMatRef<'a, u32> {
+        let n = self.column.len().saturating_sub(1);
+        SymbolicSparseColMatRef::new_checked(n, n, self.column, None, self.entry)
+    }
+}
+
+/// The factor of the last matrix, and scratch space.
+#[derive(Default)]
+pub(super) struct SparseCholesky {
+    symbolic: Option<SymbolicCholesky<u32>>,
+    factor: Vec<f64>,
+    memory: Option<MemBuffer>,
+}
+
+impl SparseCholesky {
+    /// Drops the analysis and the factor.
+    pub fn forget(&mut self) {
+        (self.symbolic, self.memory) = (None, None);
+    }
+
+    /// The analysis of the pattern, if there is one.
+    pub fn symbolic(&self) -> Option<&SymbolicCholesky<u32>> {
+        self.symbolic.as_ref()
+    }
+
+    /// Orders a pattern by approximate minimum degree and computes that of the factor; says whether the factor has at
+    /// most `largest` entries and there is memory for it.
+    pub fn analyse(&mut self, pattern: Pattern<'_>, parameters: CholeskySymbolicParams<'_>, largest: usize) -> bool {
+        self.forget();
+        let ordering = SymmetricOrdering::Amd;
+        let Ok(symbolic) = factorize_symbolic_cholesky(pattern.symbolic(), Side::Lower, ordering, parameters) else {
+            return false;
+        };
+        if symbolic.len_val() > largest {
+            return false;
+        }
+        let memory = StackReq::or(
+            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
+            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
+        );
+        self.factor.clear();
+        let (Ok(memory), Ok(())) = (MemBuffer::try_new(memory), self.factor.try_reserve_exact(symbolic.len_val()))
+        else {
+            return false;
+        };
+        self.factor.resize(symbolic.len_val(), 0.0);
+        (self.symbolic, self.memory) = (Some(symbolic), Some(memory));
+        true
+    }
+
+    /// Factorizes a matrix of the pattern that was analysed; says whether all pivots are positive.
+    pub fn factorize(&mut self, pattern: Pattern<'_>, value: &[f64]) -> bool {
+        let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else { return false };
+        let factor = symbolic.factorize_numeric_llt(
+            &mut self.factor,
+            SparseColMatRef::new(pattern.symbolic(), value),
+            Side::Lower,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(memory),
+            Spec::default(),
+        );
+        factor.is_ok()
+    }
+
+    /// Solves with the last factor; does nothing without one.
+    pub fn solve(&mut self, x: &mut [f64]) {
+        let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else { return };
+        let n = symbolic.nrows();
+        let right = MatMut::from_column_major_slice_mut(x, n, 1);
+        LltRef::new(symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(memory));
+    }
+}
