@@ -17,10 +17,11 @@ import matplotlib.pyplot as plot  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-sys.path[:0] = [str(HERE / "atlas"), str(HERE / "decades"), str(HERE / "precision")]
+sys.path[:0] = [str(HERE / name) for name in ("atlas", "decades", "precision", "friction")]
 
 import draw as atlas  # noqa: E402
 import page as precision  # noqa: E402
+import result as friction  # noqa: E402
 import table as decades  # noqa: E402
 from scenes_table import SCENES  # noqa: E402
 
@@ -33,6 +34,7 @@ BLOCKS = [
     *["origin", "best", "short", "rods-1000", "rods-1000 faster", "rods-8000", "ellipsoids-1000", "ellipsoids-1000 faster"],
     *["tuning", "settings", "colony", "lcp warm", "lcp cold", "atlas", "atlas relcp", "decades"],
     *["precision", "precision summary", "precision unbeaten", "precision least", "precision settings", "precision origin"],
+    *["friction", "friction cases"],
 ]
 NOT_MEASURED = "Not measured yet.\n"
 COLOURS = {name: f"C{index}" for index, name in enumerate(ENGINES)}
@@ -312,6 +314,8 @@ def blocks(folder):
         names = {key: engine["name"] for key, engine in ENGINES.items()}
         made.update(precision.blocks(ends, names, table))
         save(precision.curves(precision.least(ends), names, COLOURS), folder / "precision.svg")
+    if rough := read(folder, "friction"):
+        made.update(friction.blocks(rough, table))
     return {**{key: NOT_MEASURED for key in BLOCKS}, **made}
 
 

@@ -108,6 +108,9 @@ pub enum Status {
     /// The law of friction was not met to the tolerance; it was solved with its corrections held, so that gaps of what
     /// slides are off ([`Solver::relax`]). The residual is that of the problem with the corrections held.
     HeldFriction,
+    /// Nor was it met with its corrections held, and normal rows have a common solution: this one, without friction
+    /// ([`Solver::relax`]). The residual is the largest violation of a normal row.
+    WithoutFriction,
     /// The factor of the matrix would exceed its size limit; the start is returned.
     TooLarge,
     /// A number was not finite; the best iterate before it is returned.
@@ -125,6 +128,7 @@ impl Status {
             Status::Infeasible => "infeasible",
             Status::LeastOverlap => "least_overlap",
             Status::HeldFriction => "held_friction",
+            Status::WithoutFriction => "without_friction",
             Status::TooLarge => "too_large",
             Status::NotFinite => "not_finite",
         }

@@ -54,7 +54,8 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// otherwise the status is that of the best solve.
     ///
     /// A problem with cones is first solved with De Saxce's corrections held at those of `gamma`: the status is
-    /// [`Status::HeldFriction`]. Where that fails too, it is solved without friction.
+    /// [`Status::HeldFriction`]. Where that fails too, it is solved without friction: the status is
+    /// [`Status::WithoutFriction`] where that succeeds, as friction then is what has no solution.
     ///
     /// # Panics
     /// As [`Solver::solve`].
@@ -129,6 +130,9 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         normal.iter().zip(&pushes).for_each(|(row, push)| gamma[*row] = *push);
         outcome.iterations += held.iterations;
         outcome.products += held.products;
+        if outcome.residual <= allowed && problem.cones.contains(&Cone::Tangent) {
+            outcome.status = Status::WithoutFriction;
+        }
         outcome
     }
 

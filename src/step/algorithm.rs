@@ -43,6 +43,8 @@ pub struct Plan {
     pub stepping: Stepping,
     /// What growing cells do where there is no room, in a scene whose space has an end; else none.
     pub on_no_room: Option<OnNoRoom>,
+    /// Whether cells that lock by friction wait: all grow slower under pressure, and that of those that lock has no bound.
+    pub(super) locked_wait: bool,
     /// Whether the walls and periods of such a scene leave no way out.
     pub(super) closed: bool,
     /// Whether bodies are parted before the step, in no time. Where bodies have inertia, a start that overlaps would
@@ -64,6 +66,8 @@ pub struct Plan {
     pub(super) has_rigid_bonds: bool,
     /// Whether the least bad trial of an attempt is kept.
     pub(super) keeps_least_bad: bool,
+    /// Whether the scene may ask that steps that do not hold are accepted.
+    pub(super) may_accept_the_least_bad: bool,
 }
 
 impl Plan {
@@ -74,6 +78,7 @@ impl Plan {
             tolerance: model.lcp.tolerance,
             stepping: model.time.stepping,
             on_no_room: model.cells.as_ref().filter(|_| model.confined).map(Cells::on_no_room),
+            locked_wait: model.cells.as_ref().is_some_and(Cells::all_stop_under_pressure),
             closed: model.cells.is_some() && model.walls.are_closed(&model.periods, model.planar),
             parts_first: false,
             span: 1.0,
@@ -84,6 +89,7 @@ impl Plan {
             most_tightenings: most_tightenings(model),
             has_rigid_bonds: model.bonds.keep_something(),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
+            may_accept_the_least_bad: model.friction.is_none() && model.bonds.first_implicit().is_none(),
         }
     }
 
@@ -115,6 +121,7 @@ pub fn step(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> Result<Ste
 }
 
 /// The outcome of an attempt at a step or a piece of it.
+#[derive(Default)]
 pub(super) struct Attempt {
     pub report: StepReport,
     pub overlap: Overlap,
@@ -124,6 +131,8 @@ pub(super) struct Attempt {
     pub left: bool,
     /// Whether friction's law is farther off than the plan allows.
     pub rough: bool,
+    /// Whether the last solve found no friction forces, and left them out.
+    pub without_friction: bool,
     /// The multipliers of the least bad trial and how bad it is, where steps that do not hold are accepted.
     pub least_bad: Option<(f64, Vec<f64>)>,
 }
@@ -145,6 +154,11 @@ impl Attempt {
         matches!(self.broken, Some(Guard::Thrown | Guard::Apart))
     }
 
+    /// Whether bodies lock by friction.
+    pub fn locks(&self) -> bool {
+        self.broken == Some(Guard::Locked)
+    }
+
     /// How far it is from holding, a length: by what surfaces overlap, or the velocities are off. Overlap alone would
     /// call a trial good that throws all bodies far apart.
     pub fn badness(&self) -> f64 {
@@ -159,8 +173,7 @@ fn badness(overlap: &Overlap, residual: f64) -> f64 {
 
 /// Makes one attempt at what the backend begins next; nothing is accepted.
 pub(super) fn attempt(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
-    let (report, least_bad) = (StepReport { pieces: 1, ..StepReport::default() }, None);
-    let mut tried = Attempt { report, overlap: Overlap::default(), broken: None, left: false, rough: false, least_bad };
+    let mut tried = Attempt { report: StepReport { pieces: 1, ..StepReport::default() }, ..Attempt::default() };
     match plan.stepping {
         Stepping::Euler => euler(backend, plan, keep, &mut tried)?,
         Stepping::Midpoint => midpoint(backend, plan, keep, &mut tried)?,
@@ -295,7 +308,9 @@ impl Attempt {
             log::trace!("least overlap: {status:?}, {iterations} iterations, residual {residual:.2e} of {allowed:.1e}");
         }
         self.report.count(&outcome, relaxed.as_ref());
-        Ok(relaxed.unwrap_or(outcome))
+        let outcome = relaxed.unwrap_or(outcome);
+        self.without_friction = outcome.status == Status::WithoutFriction;
+        Ok(outcome)
     }
 
     /// Solves the present LCP; where its rows contradict each other, tilted ones.
@@ -342,7 +357,8 @@ impl Attempt {
         let effect = backend.effect(GAP)?;
         self.report.take_effect(&effect);
         self.rough = self.report.friction_gap > plan.friction_gap;
-        self.broken = effect.broken(backend.two_sided().is_some()).filter(|_| plan.two_sided);
+        let locked = self.without_friction.then_some(Guard::Locked);
+        self.broken = effect.broken(backend.two_sided().is_some()).filter(|_| plan.two_sided).or(locked);
         Ok(())
     }
 

@@ -60,12 +60,12 @@ pub enum Fault {
         distance: f64,
     },
     /// A step that still misses a tolerance after it was cut into 64 pieces.
-    #[error("{0}; use a smaller time.dt, or accept and count such steps with contact.on_failure = \"continue\"")]
+    #[error("{0}; {remedy}", remedy = .0.remedy())]
     Unresolved(Unresolved),
     /// A step that cannot be taken with the growth of its cells, and can without.
     #[error(
-        "no room: {} ({bodies} in all); with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait; if the container is open, a smaller time.dt may find a way out",
-        wedge.pressed(unresolved)
+        "no room: {} ({bodies} in all); with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait; {}",
+        wedge.pressed(unresolved), unresolved.remedy_of_no_room()
     )]
     NoRoom {
         /// All cells.

@@ -294,7 +294,7 @@ impl StepReport {
 
     /// Takes note of how a solve ended.
     pub(super) fn judge(&mut self, last: &Outcome) {
-        self.relaxed += u32::from(last.status == Status::LeastOverlap);
+        self.relaxed += u32::from(matches!(last.status, Status::LeastOverlap | Status::WithoutFriction));
         self.friction_held += u32::from(last.status == Status::HeldFriction);
         match last.status {
             Status::Solved | Status::LeastOverlap if self.unconverged == 0 => self.residual = last.residual,

@@ -4,7 +4,7 @@
 //! they are a step with a smaller `dt`. If a 64th fails too, daughters that are born in it turn by less than their
 //! drawn angle. If that fails as well, growing cells without room wait or end the run (`growth.on_no_room`). A failure
 //! for another reason ends the run with the state before the step, or the best attempt is accepted
-//! (`contact.on_failure`).
+//! (`contact.on_failure`). A piece in which bodies lock under forces without bound is not halved.
 //!
 //! Nothing here depends on earlier steps, so a resumed run takes the same pieces.
 
@@ -168,10 +168,17 @@ impl Taking<'_> {
         if let Some(overlap) = self.turn_less(again, piece, births)? {
             return Ok(overlap);
         }
-        if let Some(overlap) = self.wait(again, piece)? {
+        let locks = failed.as_ref().is_ok_and(Attempt::locks);
+        let locked = locks && failed.as_ref().is_ok_and(|tried| !tried.without_friction);
+        let may_wait = self.plan.on_no_room == Some(OnNoRoom::Stall) || (locks && self.plan.locked_wait);
+        if may_wait
+            && (piece.is_whole() || piece.is_shortest() || locked)
+            && let Some(overlap) = self.wait(again, piece)?
+        {
             return Ok(overlap);
         }
-        match piece.halves() {
+        // Bodies that lock stay locked in shorter pieces, but forces need more of them to grow.
+        match piece.halves().filter(|_| !locked) {
             Some([first, second]) => {
                 self.piece(again, first, None)?;
                 self.piece(again, second, None)
@@ -276,7 +283,7 @@ impl Taking<'_> {
         }
         let overlap = again.trial(self.plan.contact.overlap_tolerance)?;
         (report.passed, report.constraints) = (again.passed()?, again.constraints());
-        Ok(Attempt { report, overlap, broken: None, left: false, rough: false, least_bad: None })
+        Ok(Attempt { report, overlap, ..Attempt::default() })
     }
 
     /// Takes the shortest piece with daughters that turn by less than their drawn angle, if cells divide in it. Cells
@@ -303,14 +310,10 @@ impl Taking<'_> {
         Ok(None)
     }
 
-    /// Tries a piece in which cells without room wait, if the scene allows it. In a whole step first those of the wedge
-    /// wait, then those of the remaining wedge, then those that overlap, those that are pressed, and all; in the
-    /// shortest piece all.
+    /// Tries a piece in which cells without room wait. In a whole step first those of the wedge wait, then those of the
+    /// remaining wedge, then those that overlap, those that are pressed, and all; in a shorter piece all.
     fn wait(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
         let whole = piece.is_whole();
-        if self.plan.on_no_room != Some(OnNoRoom::Stall) || !(whole || piece.is_shortest()) {
-            return Ok(None);
-        }
         let wedges = [Some(Crowd::Wedged); MOST_WEDGES];
         let others = [Some(Crowd::Overlapping), Some(Crowd::Pressed), None];
         let crowds = if whole { [wedges.as_slice(), &others].concat() } else { vec![None] };
@@ -352,7 +355,7 @@ impl Taking<'_> {
         }
     }
 
-    /// Handles a step whose shortest piece failed.
+    /// Handles a step whose shortest piece failed, or one in which bodies lock.
     fn give_up(
         &mut self,
         again: &mut dyn RetryBackend,
@@ -363,10 +366,13 @@ impl Taking<'_> {
             return Ok(overlap);
         }
         let mut tried = failed?;
-        if let Some(overlap) = self.squeeze(again, piece, &mut tried)? {
+        // Parting has no friction and would unlock what is locked.
+        let locked = tried.locks();
+        if !locked && let Some(overlap) = self.squeeze(again, piece, &mut tried)? {
             return Ok(overlap);
         }
-        if self.plan.on_no_room.is_some()
+        if !locked
+            && self.plan.on_no_room.is_some()
             && let Some(overlap) = self.shaken(again, piece)?
         {
             return Ok(overlap);
@@ -381,20 +387,28 @@ impl Taking<'_> {
             return self.accept(again, tried);
         }
         let bonds = tried.overlap.worst <= tolerance && tried.overlap.stretch > tolerance;
+        let wedge = again.wedge();
+        let [locked_pair, locked_wall] = if locked { wedge.first_two() } else { [None; 2] };
         let unresolved = Unresolved {
             step: again.steps() + 1,
             overlap: if bonds { tried.overlap.stretch } else { tried.overlap.worst },
             bonds,
-            pair: tried.report.passed.filter(|_| only_passed).map(|passed| passed.pair).or(tried.overlap.pair),
+            pair: tried
+                .report
+                .passed
+                .filter(|_| only_passed)
+                .map(|passed| passed.pair)
+                .or(locked_pair)
+                .or(tried.overlap.pair),
             moved: tried.report.moved.map(|body| (body, tried.report.largest_move)),
-            wall: tried.overlap.wall.filter(|_| !only_passed),
+            wall: locked_wall.or(tried.overlap.wall.filter(|_| !only_passed)),
             residual: tried.report.velocity_residual,
             passed: only_passed,
             broken: tried.broken,
             tolerance: self.plan.contact.overlap_tolerance,
+            may_be_accepted: self.plan.may_accept_the_least_bad,
         };
         let ends = !self.plan.accepts_the_least_bad();
-        let wedge = again.wedge();
         // In open space, rows that would throw bodies have room, but no path to it.
         let no_way_out = self.plan.closed || !tried.throws();
         let stops = ends && no_way_out && self.plan.on_no_room == Some(OnNoRoom::Stop);

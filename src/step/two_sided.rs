@@ -87,6 +87,8 @@ pub struct FrictionReport {
     /// What the law is off by, a length: the largest gap of a contact that pushes, by its rows, or slip of one that has
     /// friction left.
     pub gap: f64,
+    /// Whether bodies lock: forces between them grow without bound, as they cannot slip.
+    pub locked: bool,
 }
 
 /// The largest angle by which contact may turn a body of revolution about its own axis: rounding gives some 1e-15 in 64
@@ -104,6 +106,8 @@ pub enum Guard {
     Energy,
     /// Contact spins a body of revolution about its own axis.
     Spin,
+    /// Bodies lock by friction.
+    Locked,
 }
 
 impl Effect {
@@ -125,6 +129,8 @@ impl Effect {
             Some(Guard::Energy)
         } else if !within(self.axial_spin, MOST_SPIN) {
             Some(Guard::Spin)
+        } else if self.friction.is_some_and(|friction| friction.locked) {
+            Some(Guard::Locked)
         } else {
             None
         }

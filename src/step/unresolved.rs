@@ -17,6 +17,15 @@ pub struct Wedge {
 const NAMED: usize = 8;
 
 impl Wedge {
+    /// Its first two bodies, or its first body and wall.
+    pub(super) fn first_two(&self) -> [Option<[usize; 2]>; 2] {
+        match (self.bodies.as_slice(), self.walls.as_slice()) {
+            ([body, ..], [wall, ..]) => [None, Some([*body, *wall])],
+            ([a, b, ..], []) => [Some([*a, *b]), None],
+            _ => [None; 2],
+        }
+    }
+
     /// Who has no way out, in words; where the wedge is not known, those that the step fails at.
     pub(super) fn pressed(&self, unresolved: &Unresolved) -> String {
         let list = |numbers: &[usize]| numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
@@ -64,9 +73,33 @@ pub struct Unresolved {
     pub moved: Option<(usize, f64)>,
     /// The overlap tolerance, which is that of the residual too.
     pub tolerance: f64,
+    /// Whether `contact.on_failure` of the scene may be `"continue"`.
+    pub may_be_accepted: bool,
 }
 
 impl Unresolved {
+    /// What may help cells without room, beside waiting.
+    pub(super) fn remedy_of_no_room(&self) -> &'static str {
+        match self.name() {
+            "locked" => "with growth.stress_sensitivity too, and they stop under pressure",
+            _ => "if the container is open, a smaller time.dt may find a way out",
+        }
+    }
+
+    /// What may help.
+    pub(super) fn remedy(&self) -> &'static str {
+        match self.name() {
+            "locked" => {
+                "use a smaller contact.friction; cells that lock wait with growth.stress_sensitivity or \
+                 growth.on_no_room = \"stall\""
+            }
+            _ if self.may_be_accepted => {
+                "use a smaller time.dt, or accept and count such steps with contact.on_failure = \"continue\""
+            }
+            _ => "use a smaller time.dt",
+        }
+    }
+
     /// Its name in files and tables: what it misses.
     pub fn name(&self) -> &'static str {
         match self.broken {
@@ -75,6 +108,7 @@ impl Unresolved {
             _ if self.overlap > self.tolerance => "overlap",
             Some(Guard::Energy) => "energy",
             Some(Guard::Spin) => "spin",
+            Some(Guard::Locked) => "locked",
             Some(_) => "thrown",
             None => "residual",
         }
@@ -98,6 +132,7 @@ impl fmt::Display for Unresolved {
             }
             "energy" => write!(f, "gain energy by contact"),
             "spin" => write!(f, "are spun by contact about their own axes"),
+            "locked" => write!(f, "lock: no friction forces of ordinary size were found that let them move"),
             "bond" => write!(
                 f,
                 "are off what their bonds allow by {}, {} is allowed",
@@ -114,7 +149,7 @@ impl fmt::Display for Unresolved {
             }
             _ => write!(f, "still overlap by {}, {} is allowed", beside(*overlap, *tolerance), short(*tolerance)),
         }?;
-        write!(f, ", even in steps of dt/64")
+        if self.name() == "locked" { Ok(()) } else { write!(f, ", even in steps of dt/64") }
     }
 }
 
@@ -136,6 +171,7 @@ mod tests {
             broken: None,
             moved: None,
             tolerance,
+            may_be_accepted: true,
         }
     }
 

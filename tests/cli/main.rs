@@ -11,6 +11,7 @@ mod place;
 #[path = "../common/ran.rs"]
 mod ran;
 mod resume;
+mod tutorials;
 #[path = "../common/waiting.rs"]
 mod waiting;
 

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod closed_forms;
+mod locked;
 mod piles;
 mod restitution;
 mod scenes;

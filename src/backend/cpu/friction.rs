@@ -1,10 +1,12 @@
 //! Friction in a step: which contacts have it, what moves their surfaces beside bodies, and what it did.
 
+use super::Cpu;
 use super::motions::Motions;
 use super::narrow_phase::Near;
-use super::row_set::{Contact, RowSet};
+use super::row_set::{Contact, FrictionCone, RowSet};
 use super::setup::Setup;
 use super::start::Start;
+use super::team::Team;
 use crate::bodies::Bodies;
 use crate::constraint::Mover;
 use crate::constraint::friction::{ElasticSlip, Sliding};
@@ -31,13 +33,16 @@ impl Setup {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stick {
     compliance: f64,
+    /// The largest normal force at the end of the last step.
+    most: f64,
 }
 
 impl Stick {
     /// That of the step that `start` begins, after the step with the warm start `last`.
     pub(super) fn of(setup: &Setup, start: &Start, last: &[Warm]) -> Option<Stick> {
         let acts = !setup.friction.is_none() && !start.parting;
-        acts.then(|| Stick { compliance: setup.compliance(&start.bodies, last) })
+        let most = || last.iter().fold(0.0, |most: f64, warm| most.max(warm.gamma));
+        acts.then(|| Stick { compliance: setup.compliance(&start.bodies, last), most: most() })
     }
 }
 
@@ -60,7 +65,7 @@ impl Making<'_> {
     }
 
     fn sliding<const D: usize>(&self, near: &Near, movers: [Mover<'_>; 2], held: DVec3) -> Option<Sliding<D>> {
-        let Stick { compliance } = self.stick?;
+        let Stick { compliance, .. } = self.stick?;
         let mu = self.setup.friction.of_pair(near.pair, &self.start.bodies.group);
         let slip = ElasticSlip { compliance, held };
         (mu > 0.0)
@@ -102,9 +107,42 @@ impl Start {
     }
 }
 
+impl<const D: usize, T: Team> Cpu<D, T> {
+    /// What friction does on the way to the trial; none in a step without.
+    pub(super) fn find_friction(&self) -> Option<FrictionReport> {
+        let report = self.rows.find_friction(&self.trial.scaled)?;
+        Some(FrictionReport { locked: self.locks(), ..report })
+    }
+
+    /// Whether bodies lock: the largest normal force of a contact with friction grows in the step, and is more than
+    /// [`MOST_LEVERAGE`] times what moves all bodies.
+    fn locks(&self) -> bool {
+        let normal = |cone: FrictionCone| self.rows.gamma[cone.normal];
+        let most = self.rows.cones().map(normal).fold(0.0, f64::max);
+        self.stick.is_some_and(|stick| most > stick.most) && most > MOST_LEVERAGE * self.load()
+    }
+
+    /// The force that moves all bodies: the sum of what each alone would need to move as it does freely, to the trial,
+    /// by its growth, and by the overlap tolerance in a step.
+    fn load(&self) -> f64 {
+        let least = self.setup.overlap_tolerance / self.start.step_length(&self.setup);
+        let of_body = |i: usize| {
+            let factor = &self.motions.motion[i].factor;
+            let growth = self.start.lengthened.get(i).map_or(0.0, |longer| longer / self.start.interval);
+            let [free, there] = [self.driven(i), self.trial.twist[i]];
+            let linear = free.linear.length() + there.linear.length() + growth + least;
+            let inverse = factor.rotation.inverse();
+            let torque = inverse * (inverse * (free.angular.abs() + there.angular.abs()));
+            let turning = torque.length() / self.start.bodies.shape[i].bounding_radius();
+            linear / (factor.translation * factor.translation) + if turning.is_finite() { turning } else { 0.0 }
+        };
+        (0..self.trial.twist.len()).filter(|i| !self.start.is_held(*i)).map(of_body).sum()
+    }
+}
+
 impl<const D: usize> RowSet<D> {
     /// What friction does on the way to the trial with these scaled contact velocities; none in a step without.
-    pub(super) fn find_friction(&self, scaled: &[[f64; D]]) -> Option<FrictionReport> {
+    fn find_friction(&self, scaled: &[[f64; D]]) -> Option<FrictionReport> {
         let mut report = self.is_frictional().then(FrictionReport::default)?;
         for cone in self.cones() {
             let [force, slid, work] = cone.tangents.clone().fold([0.0, 0.0, 0.0], |[force, slid, work], row| {
@@ -165,3 +203,8 @@ impl<const D: usize> RowSet<D> {
 
 /// A friction force that is less than its limit by this part of it, which is made of rounding, is at its limit.
 const AT_THE_LIMIT: f64 = 1e-9;
+
+/// Bodies lock where a contact pushes with this many times the force that moves all bodies. Rods between walls push with
+/// up to 1e3 times it at the angles at which they still slip. Forces of bodies that lock grow tenfold in a step, so the
+/// number matters little.
+const MOST_LEVERAGE: f64 = 1e7;

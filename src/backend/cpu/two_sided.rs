@@ -149,7 +149,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
                 effect.energy_allowed += ROUNDING_OF_WORK * work.abs();
             }
         }
-        effect.friction = self.rows.find_friction(&self.trial.scaled);
+        effect.friction = self.find_friction();
         if self.setup.has_inertia {
             effect.energy += self.rows.spring_energy();
         }

@@ -82,6 +82,11 @@ impl Cells {
         self.species.first().map_or(OnNoRoom::default(), |growth| growth.on_no_room)
     }
 
+    /// Whether the growth of all species stops under a pressure without bound.
+    pub fn all_stop_under_pressure(&self) -> bool {
+        self.species.iter().all(|growth| growth.stress_sensitivity > 0.0)
+    }
+
     /// Whether divisions make bonds.
     pub fn bond_daughters(&self) -> bool {
         self.species.iter().any(|growth| growth.bond_daughters.is_some())

@@ -5,10 +5,12 @@
 //! gets the field's velocity and no spin before every step), `iterations`, `pgs`, `stabilization`, `frequency`,
 //! `damping_ratio`, `prediction`, `corrective`, `allowed_error`, `recycling`; `centre` of the field along x, `trap` (a
 //! stiffness, in place of the field), `forces` (a file of a force a body, in place of the field), `spin` about z,
-//! `repeats` (whole runs, of which the quickest counts). What is not given is the engine's default.
+//! `repeats` (whole runs, of which the quickest counts). What is not given is the engine's default. Version
+//! `0.36-friction` runs other scenes: see [`friction`].
 
 #[cfg(feature = "f64")]
 mod double;
+mod friction;
 mod run;
 mod single;
 mod v0_26;
@@ -16,6 +18,9 @@ mod v0_26;
 use run::{Fault, Run};
 
 fn main() -> Result<(), Fault> {
+    if std::env::args().any(|word| word == "version=0.36-friction") {
+        return friction::follow();
+    }
     let run = Run::from_arguments()?;
     match run.word("version")? {
         "0.26" => run.follow("0.26.1", v0_26::World::new),

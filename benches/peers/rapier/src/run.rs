@@ -50,20 +50,19 @@ pub struct Rod {
 }
 
 impl Run {
+    /// The arguments alone, of a scene that is another program's.
+    pub fn of_settings() -> Result<Self, Fault> {
+        let split = |word: String| word.split_once('=').map(|(key, value)| (key.to_owned(), value.to_owned()));
+        let words: Option<HashMap<_, _>> = std::env::args().skip(1).map(split).collect();
+        let arguments = words.ok_or("arguments are key=value")?;
+        let (dt, centre) = (0.0, [0.0; 3]);
+        Ok(Run { arguments, start: Vec::new(), dt, sizes: Vec::new(), centre, trap: None, forces: Vec::new() })
+    }
+
     /// From `key=value` words: `poses`, `frames`, `dt`, `end`, `every`, `sizes` (a file of radii and half
     /// lengths) or `radius` and `half`, `centre` along x, `trap`, `forces` (a file), `repeats`, and settings.
     pub fn from_arguments() -> Result<Self, Fault> {
-        let split = |word: String| word.split_once('=').map(|(key, value)| (key.to_owned(), value.to_owned()));
-        let words: Option<HashMap<_, _>> = std::env::args().skip(1).map(split).collect();
-        let mut run = Run {
-            arguments: words.ok_or("arguments are key=value")?,
-            start: Vec::new(),
-            dt: 0.0,
-            sizes: Vec::new(),
-            centre: [0.0; 3],
-            trap: None,
-            forces: Vec::new(),
-        };
+        let mut run = Run::of_settings()?;
         run.dt = run.number("dt")?;
         run.centre[0] = run.setting("centre")?.unwrap_or(0.0);
         run.trap = run.setting("trap")?;
@@ -164,13 +163,13 @@ impl Run {
 }
 
 /// The processor's seconds of this process.
-fn cpu() -> f64 {
+pub fn cpu() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 /// The numbers of a file, little-endian and of 8 bytes.
-fn numbers(file: &str) -> Result<Vec<f64>, Fault> {
+pub fn numbers(file: &str) -> Result<Vec<f64>, Fault> {
     let bytes = std::fs::read(file)?;
     Ok(bytes.as_chunks::<8>().0.iter().map(|word| f64::from_le_bytes(*word)).collect())
 }

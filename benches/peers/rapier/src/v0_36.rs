@@ -33,8 +33,11 @@ impl World {
     }
 }
 
-fn parameters(run: &Run, to: &mut IntegrationParameters) -> Result<(), Fault> {
-    to.dt = run.dt as Real;
+/// Sets what the run says of the engine.
+pub fn parameters(run: &Run, to: &mut IntegrationParameters) -> Result<(), Fault> {
+    if run.dt > 0.0 {
+        to.dt = run.dt as Real;
+    }
     let count = |key: &str, default: usize| run.setting(key).map(|given| given.map_or(default, |n| n as usize));
     let number = |key: &str, default: Real| run.setting(key).map(|given| given.map_or(default, |x| x as Real));
     to.num_solver_iterations = count("iterations", to.num_solver_iterations)?;
