@@ -65,7 +65,7 @@ pub mod render {
 /// The hash of files.
 #[cfg(feature = "files")]
 pub mod record {
-    pub use crate::record::hash::Fnv;
+    pub use crate::record::fnv::Fnv;
 }
 
 /// Rows.

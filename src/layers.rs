@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// What stands outside of the list: the crate's face, the error that all convert into, the door of tests and benches,
 /// and the tests of the sources.
-const OUTSIDE: [&str; 6] = ["lib", "main", "error", "internals", "additions", "layers"];
+const OUTSIDE: [&str; 7] = ["lib", "main", "error", "internals", "additions", "circles", "layers"];
 
 /// The program is a crate of its own.
 const PROGRAM: &str = "cli";

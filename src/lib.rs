@@ -90,6 +90,8 @@ pub mod batch;
 mod bisection;
 pub mod bodies;
 mod broad_phase;
+#[cfg(test)]
+mod circles;
 mod constraint;
 #[doc(hidden)]
 pub mod digits;

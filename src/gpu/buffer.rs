@@ -1,7 +1,8 @@
 //! A buffer on the device that grows as needed.
 
-use super::device::{Shared, lock};
+use super::device::Shared;
 use super::ensemble::{Membership, Work};
+use super::lock::lock;
 use super::{Gpu, GpuError, Precision, Recorder};
 use std::ops::Range;
 use std::sync::Arc;

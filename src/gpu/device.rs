@@ -2,6 +2,7 @@
 
 use super::ensemble::Membership;
 use super::kernel_cache::KernelCache;
+use super::lock::lock;
 use super::pending::Pending;
 use super::recorder::Staging;
 use super::tally::Tally;
@@ -9,7 +10,7 @@ use super::timing::Timer;
 use super::{Choice, Counters, GpuError, PipelineReport, Precision, Recorder, StageUse, adapter, self_test};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// The longest time for one submission. The longest valid submission, a batch of iterations at a million rows on a
@@ -76,11 +77,6 @@ pub struct Gpu {
     compile_at_once: AtomicBool,
     /// The membership, if the device is a member of an ensemble.
     pub(super) member: Option<Arc<Membership>>,
-}
-
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // The data behind these locks are consistent at every point, so a panic elsewhere does not invalidate them.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Gpu {

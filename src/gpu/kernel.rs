@@ -4,8 +4,8 @@
 //! names of their variables. A source need not number them.
 
 use super::banks::{self, Banked};
-use super::device::lock;
 use super::ensemble::Pipeline;
+use super::lock::lock;
 use super::{Buffer, Gpu, GpuError, PipelineReport, Precision, Source};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};

@@ -1,7 +1,7 @@
 //! The kernels of a device, or of an ensemble, by their sources: each source is compiled once.
 
-use super::device::lock;
 use super::kernel::Kernel;
+use super::lock::lock;
 use super::{GpuError, Source};
 use std::collections::HashMap;
 use std::sync::Mutex;

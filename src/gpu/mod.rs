@@ -31,6 +31,8 @@ mod kernel_cache;
 #[cfg(feature = "gpu")]
 pub(crate) mod lattice;
 #[cfg(feature = "gpu")]
+mod lock;
+#[cfg(feature = "gpu")]
 mod pending;
 #[cfg(feature = "gpu")]
 pub(crate) mod periods;

@@ -2,7 +2,7 @@
 //! thread of a software one, so the work of several recorders is submitted together: when the host waits, when it
 //! writes a buffer, and when much work is pending.
 
-use super::device::lock;
+use super::lock::lock;
 use super::timing::Set;
 use super::{Gpu, GpuError};
 

@@ -1,10 +1,10 @@
 //! Records dispatches and copies, submits them together, and reads buffers back.
 
-use super::device::lock;
 use super::ensemble::{Dispatch, Membership, Work};
 use super::kernel::{Compiled, Runs};
+use super::lock::lock;
 use super::pending::{ALIGNMENT, INVOCATIONS, Recorded, Region, SLOTS};
-use super::tally::Tally;
+use super::tally::{Tally, UNNAMED};
 use super::timing::Set;
 use super::{Buffer, Gpu, GpuError, Kernel};
 use std::ops::Range;
@@ -13,9 +13,6 @@ use std::time::Instant;
 
 /// The largest number of workgroups along one dimension of a dispatch.
 const MOST_GROUPS: u64 = 65_535;
-
-/// The name of the stage for work before the first named stage.
-pub(super) const UNNAMED: &str = "other";
 
 /// The largest number of bind groups that are kept.
 const MOST_BIND_GROUPS: usize = 4096;

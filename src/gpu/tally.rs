@@ -2,6 +2,9 @@
 
 use super::Counters;
 
+/// The name of the stage for work before the first named stage.
+pub(super) const UNNAMED: &str = "other";
+
 /// Counters by stage, in the order in which the stages were first named. There are at most some twenty stages, so a
 /// linear search suffices.
 #[derive(Clone, Debug, Default)]
@@ -40,7 +43,7 @@ impl Tally {
         let mut all = self.clone();
         let written = std::mem::take(&mut all.for_next);
         if written > 0 {
-            all.of(super::recorder::UNNAMED).bytes_written += written;
+            all.of(UNNAMED).bytes_written += written;
         }
         all.stages
     }

@@ -3,10 +3,10 @@
 use super::cpu::Cpu;
 use super::domain::{Border, Domain};
 use super::drive::Drive;
-use super::local::Taken;
 use super::loops::{self, Chunks};
 use super::portion::Portion;
 use super::product::Product;
+use super::taken::Taken;
 use super::{Outcome, Places, Problem, Solver};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -42,6 +42,7 @@ mod relax;
 mod solver;
 mod sparse_cholesky;
 mod stored;
+mod taken;
 mod team;
 
 pub use drive::ResidualSample;

@@ -4,9 +4,9 @@ use super::Outcome;
 use super::Solver;
 use super::cpu::Cpu;
 use super::drive::Drive;
-use super::local::Taken;
 use super::loops::{self, Chunks};
 use super::product::Product;
+use super::taken::Taken;
 use std::fmt::Debug;
 use std::ops::Range;
 

@@ -1,6 +1,5 @@
 //! Errors of a run's files.
 
-use super::lcp_file::LcpFileError;
 use crate::scene::SceneError;
 use miette::Diagnostic;
 use std::fmt::Display;
@@ -53,6 +52,34 @@ impl StateError {
     pub(super) fn row(name: &'static str, row: usize) -> Self {
         StateError::damaged(name, format!("row {row} cannot be"))
     }
+}
+
+/// Why the bytes of an LCP were refused.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum LcpFileError {
+    /// The bytes have another format.
+    #[error("this is not an LCP (.npz): {0}")]
+    NotAnLcp(String),
+    /// Some bytes are missing, changed, or not valid.
+    #[error("{place} is damaged: {what}")]
+    Damaged {
+        /// The part.
+        place: String,
+        /// The problem.
+        what: String,
+    },
+    /// A later program wrote it.
+    #[error("it has version {found} of the format; this program reads versions up to {known}")]
+    Newer {
+        /// The file's version.
+        found: u64,
+        /// The newest that can be read.
+        known: u64,
+    },
+    /// The LCP cannot be encoded.
+    #[error("the LCP cannot be packed: {0}")]
+    Unwritable(String),
 }
 
 /// Why a run's files could not be read or written.

@@ -9,7 +9,7 @@
 //! deflated, and may have numbers of 4 or 8 bytes.
 
 use super::durable;
-use super::error::RecordError;
+use super::error::{LcpFileError, RecordError};
 use super::npz::{Block, Data, EARLIER_HEADER, HEADER, MAGIC, header_json, header_text, seal_holds, write};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::lcp::Stored;
@@ -19,7 +19,6 @@ use serde::{Deserialize, Serialize};
 use std::fmt::Display;
 use std::io::{Cursor, Read};
 use std::path::Path;
-use thiserror::Error;
 use zip::{CompressionMethod, ZipArchive};
 
 /// The name of the format, in a file's header.
@@ -83,34 +82,6 @@ impl LcpHeader {
             products: kept.outcome.products,
         }
     }
-}
-
-/// Why the bytes of an LCP were refused.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum LcpFileError {
-    /// The bytes have another format.
-    #[error("this is not an LCP (.npz): {0}")]
-    NotAnLcp(String),
-    /// Some bytes are missing, changed, or not valid.
-    #[error("{place} is damaged: {what}")]
-    Damaged {
-        /// The part.
-        place: String,
-        /// The problem.
-        what: String,
-    },
-    /// A later program wrote it.
-    #[error("it has version {found} of the format; this program reads versions up to {known}")]
-    Newer {
-        /// The file's version.
-        found: u64,
-        /// The newest that can be read.
-        known: u64,
-    },
-    /// The LCP cannot be encoded.
-    #[error("the LCP cannot be packed: {0}")]
-    Unwritable(String),
 }
 
 fn damaged(place: &str, what: impl Display) -> LcpFileError {

@@ -7,7 +7,7 @@
 //! bytes.
 
 use super::error::StateError;
-use super::hash::Fnv;
+use super::fnv::Fnv;
 use std::io::{Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};

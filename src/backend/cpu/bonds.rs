@@ -7,7 +7,7 @@
 use super::Cpu;
 use super::first::First;
 use super::friction::Making;
-use super::row_set::RowSet;
+use super::row_set::{BondRows, RowSet};
 use super::setup::Setup;
 use super::start::Start;
 use super::team::Team;
@@ -28,19 +28,6 @@ const MOST_STRETCHED: f64 = 2.0;
 /// bends, with gaps of a twentieth of their length, ends at 2e-9 under its own weight at `dt` of 0.1, where the pulls
 /// of its bends are 500 times its weight.
 const DIRECTION: f64 = 1e-7;
-
-/// A bond with its rows in a step.
-#[derive(Clone, Debug)]
-pub(super) struct BondRows<const D: usize> {
-    pub(super) bond: usize,
-    pub(super) pair: [usize; 2],
-    /// Its rows, the further ones of its geometric stiffness last.
-    pub(super) lines: Vec<Line<D>>,
-    /// How many of them are its own.
-    pub(super) own: usize,
-    /// Whether it resists turns.
-    pub(super) turns: bool,
-}
 
 /// What a bond's rows and multipliers do.
 struct Pull<const D: usize> {

@@ -10,11 +10,9 @@ use super::LEAST_BODIES_A_TASK;
 use super::narrow_phase::Near;
 use super::setup::Setup;
 use super::start::Start;
-use super::trial::Trial;
 use crate::constraint::torque_arm;
 use crate::dynamics::{self, Pose, Twist};
 use crate::separation::{Placed, branches};
-use crate::step::{Model, Rows, Stepping};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -68,13 +66,14 @@ impl First {
         (0..bodies).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect_into_vec(&mut self.poses);
     }
 
-    /// Chooses the middle of the step, which is the trial of its first half.
-    pub(super) fn set_middle<const D: usize>(&mut self, trial: &Trial<D>) {
+    /// Chooses the middle of the step: the poses and velocities of the trial of its first half.
+    pub(super) fn set_middle(&mut self, twists: &[Twist], poses: &[Pose]) {
         // `dt/2 U_h` is `dt` times half of it.
         let half = |t: &Twist| Twist { linear: 0.5 * t.linear, angular: 0.5 * t.angular };
         self.reached.clear();
-        self.reached.extend(trial.twist.iter().map(half));
-        self.poses.clone_from(&trial.poses);
+        self.reached.extend(twists.iter().map(half));
+        self.poses.clear();
+        self.poses.extend_from_slice(poses);
     }
 
     pub(super) fn pose(&self, i: usize) -> Pose {
@@ -126,13 +125,4 @@ impl First {
             }
         });
     }
-}
-
-/// Whether first rows of a scene's steps may be made ahead of their start: in Euler steps without inertia. With inertia
-/// rows at the start keep the angular momentum of a pair to rounding, and rows ahead do not.
-pub(super) fn leads_ahead(model: &Model) -> bool {
-    let inertial = model.dynamics.has_inertia();
-    // Random loads leave nothing of the last velocities, and those of a changing cell depend on images.
-    let steady = model.heat.is_none() && model.strain.is_none();
-    model.contact.rows_of_method() == Rows::Auto && model.time.stepping == Stepping::Euler && !inertial && steady
 }

@@ -26,6 +26,7 @@ mod solve;
 mod start;
 mod team;
 mod trial;
+mod trouble;
 pub(super) mod two_sided;
 mod verbs;
 mod walls;
@@ -53,8 +54,9 @@ use setup::Setup;
 use solve::Solve;
 use start::Start;
 use std::time::{Duration, Instant};
-use team::{LocalProblem, Team, Trouble};
+use team::{LocalProblem, Team};
 use trial::Trial;
+use trouble::Trouble;
 
 /// A loop over fewer bodies than this runs on one thread: below it, handing out the work costs more than it saves
 /// (a body's share of any of these loops is 20 to 100 ns, waking a thread some 5 us).

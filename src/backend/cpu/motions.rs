@@ -5,7 +5,7 @@ use super::first::First;
 use super::narrow_phase::Near;
 use super::setup::Setup;
 use super::start::Start;
-use super::team::Trouble;
+use super::trouble::Trouble;
 use crate::constraint::{self, FIXED, Mover, Row};
 use crate::dynamics::{ForceField, Load, Motion, Twist};
 use crate::step::Rows;

@@ -12,19 +12,12 @@
 
 use super::motions::Motions;
 use super::narrow_phase::Near;
+use super::row_set::Bounce;
 use super::setup::Setup;
 use super::start::Start;
 use crate::dynamics::Twist;
 use crate::walls::surface_of;
 use glam::DVec3;
-
-/// How far a contact that bounces is to part in the step, a length.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounce {
-    pub(super) pair: [u32; 2],
-    pub(super) feature: u32,
-    pub(super) apart: f64,
-}
 
 impl Setup {
     /// The coefficient of restitution of a pair.

@@ -1,9 +1,8 @@
 //! The rows of a step, their multipliers, and the warm start for the next step. Those of bonds come first.
 
-use super::bonds::BondRows;
 use super::narrow_phase::Near;
 use super::pairs::Pairs;
-use super::restitution::Bounce;
+use crate::constraint::bond::Line;
 use crate::constraint::{self, Row, friction::Sliding};
 use crate::lcp::{Cone, Problem};
 use crate::walls::{in_rows, of_rows};
@@ -36,6 +35,14 @@ struct Acting {
     held: f64,
 }
 
+/// How far a contact that bounces is to part in the step, a length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounce {
+    pub(super) pair: [u32; 2],
+    pub(super) feature: u32,
+    pub(super) apart: f64,
+}
+
 /// A branch that pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Push {
@@ -45,6 +52,19 @@ pub(super) struct Push {
     pub(super) gamma: f64,
     /// By how much they move it, a length.
     pub(super) moved: f64,
+}
+
+/// A bond with its rows in a step.
+#[derive(Clone, Debug)]
+pub(super) struct BondRows<const D: usize> {
+    pub(super) bond: usize,
+    pub(super) pair: [usize; 2],
+    /// Its rows, the further ones of its geometric stiffness last.
+    pub(super) lines: Vec<Line<D>>,
+    /// How many of them are its own.
+    pub(super) own: usize,
+    /// Whether it resists turns.
+    pub(super) turns: bool,
 }
 
 /// The feature of rows of bonds.

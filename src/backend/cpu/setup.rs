@@ -1,14 +1,12 @@
 //! What is constant over all steps on the CPU.
 
-use super::first;
-use super::start::Start;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
 use crate::constraint::friction::{Coefficients, Restitution};
 use crate::dynamics::{self, Bonds, Cells, ForceField, Heat, Law, Overdamped, Strain};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
-use crate::step::{Fault, Model, Rows, Stepping, Time};
+use crate::step::{Model, Rows, Stepping, Time};
 use crate::walls::Walls;
 
 /// The law of motion for separating bodies: long ones turn and move less easily. The drag cancels out.
@@ -68,7 +66,7 @@ impl Setup {
             overlap_tolerance: model.contact.overlap_tolerance,
             cutoff: model.contact.cutoff_of(shapes().copied()),
             thinnest: shapes().map(Shape::thickness).fold(f64::INFINITY, f64::min),
-            leads_ahead: first::leads_ahead(model),
+            leads_ahead: leads_ahead(model),
             law: dynamics::law(&model.dynamics),
         }
     }
@@ -81,13 +79,13 @@ impl Setup {
     pub(super) fn law(&self, parting: bool) -> (&dyn Law, &[Box<dyn ForceField>]) {
         if parting { (&PARTING, &[]) } else { (self.law.as_ref(), &self.forces) }
     }
+}
 
-    /// Lets the forces that act in this part of step `step` see the state there.
-    pub(super) fn prepare(&self, start: &Start, step: u64) -> Result<(), Fault> {
-        let (_, forces) = self.law(start.parting);
-        let acting = forces.iter().filter(|force| force.share(start.span()) > 0.0);
-        acting.into_iter().try_for_each(|force| {
-            force.prepare(start.bodies_at_loads(), start.time_of_loads()).map_err(|what| Fault::Force { step, what })
-        })
-    }
+/// Whether first rows of a scene's steps may be made ahead of their start: in Euler steps without inertia. With inertia
+/// rows at the start keep the angular momentum of a pair to rounding, and rows ahead do not.
+fn leads_ahead(model: &Model) -> bool {
+    let inertial = model.dynamics.has_inertia();
+    // Random loads leave nothing of the last velocities, and those of a changing cell depend on images.
+    let steady = model.heat.is_none() && model.strain.is_none();
+    model.contact.rows_of_method() == Rows::Auto && model.time.stepping == Stepping::Euler && !inertial && steady
 }

@@ -58,6 +58,17 @@ pub struct Start {
     pub(super) foreign: Vec<bool>,
 }
 
+impl Setup {
+    /// Lets the forces that act in this part of step `step` see the state there.
+    pub(super) fn prepare(&self, start: &Start, step: u64) -> Result<(), Fault> {
+        let (_, forces) = self.law(start.parting);
+        let acting = forces.iter().filter(|force| force.share(start.span()) > 0.0);
+        acting.into_iter().try_for_each(|force| {
+            force.prepare(start.bodies_at_loads(), start.time_of_loads()).map_err(|what| Fault::Force { step, what })
+        })
+    }
+}
+
 impl Start {
     pub(super) fn new(interval: f64, next_id: u64) -> Start {
         Start {

@@ -2,6 +2,7 @@
 
 use super::setup::Setup;
 use super::start::Start;
+use super::trouble::Trouble;
 use crate::bisection::bisect;
 use crate::bodies::{Bodies, Lineage};
 use crate::broad_phase::{Aabb, Candidates};
@@ -12,14 +13,6 @@ use crate::step::{Divided, Effect, Fault, LIFE_WORDS, Lives, Overlap, Piece, Sta
 use crate::walls::Walls;
 use crate::warm::Warm;
 use std::borrow::Cow;
-
-/// A fault of one body, before it has a message: the kind of fault within one check, the body, and a value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trouble {
-    pub(super) kind: u8,
-    pub(super) body: usize,
-    pub(super) number: f64,
-}
 
 /// The pair that overlaps most, and its separation.
 pub type Worst = ([u32; 2], f64);

@@ -6,7 +6,7 @@ use super::narrow_phase::Near;
 use super::row_set::RowSet;
 use super::setup::Setup;
 use super::start::Start;
-use super::team::Trouble;
+use super::trouble::Trouble;
 use super::walls::past_wall;
 use crate::bodies::Bodies;
 use crate::constraint::{self, sub_sphere_separations};

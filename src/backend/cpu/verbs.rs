@@ -38,7 +38,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         middle.periods = start.periods;
         trial.arrive(&mut middle, &trial.arrived(setup, start, motions));
         start.set_middle(setup, middle);
-        first.set_middle(trial);
+        first.set_middle(&trial.twist, &trial.poses);
         setup.prepare(start, step)?;
         motions.set(setup, start, first, step);
         phases.integrate += begun.elapsed();

@@ -7,7 +7,7 @@ use super::start::Stages;
 use super::states::Poses;
 use crate::bodies::Lineage;
 use crate::dynamics::{Bond, Incidence};
-use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder, Source};
+use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Made, Recorder, Source};
 use crate::gpu::{arrays, fragment, functions, kernels};
 
 functions! {
@@ -52,6 +52,7 @@ pub(super) struct BondBuffers {
     incident: Buffer,
     /// The contents of `ends` and `incident`.
     written: Incidence,
+    kernels: BondKernels,
 }
 
 arrays! { BondBuffers { bonds, strengths, broken, ends, incident } }
@@ -76,6 +77,7 @@ impl BondBuffers {
             ends: Buffer::new(gpu, "bodies of bonds", 8, count)?,
             incident: Buffer::new(gpu, "bonds of bodies", 4, count)?,
             written: Incidence::default(),
+            kernels: BondKernels::make(gpu, setup)?,
         };
         buffers.write_broken(gpu, setup, broken);
         Ok(Some(buffers))
@@ -112,14 +114,13 @@ impl BondBuffers {
 
     /// Records the loads of bonds. With `adds`, they are added to existing loads.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, loads: &Buffer, adds: bool) {
-        let Some(kernels) = &stages.kernels.bonds else { return };
         let (periods, here) = (stages.start.periods_here, stages.here());
-        kernels.pull.call(record, stages.start.bodies, PullArgs { adds, periods, stages, here, own: self, loads });
+        self.kernels.pull.call(record, stages.start.bodies, PullArgs { adds, periods, stages, here, own: self, loads });
     }
 
     /// Records the test that breaks bonds with too much tension in the state `at`.
     pub fn record_breaking(&self, stages: Stages<'_>, record: &mut Recorder<'_>, at: &Poses) {
-        let Some(BondKernels { snap: Some(snap), .. }) = &stages.kernels.bonds else { return };
+        let Some(snap) = &self.kernels.snap else { return };
         let bonds = stages.setup.bonds.list().len();
         snap.call(record, bonds as u64, SnapArgs { bonds, stages, at, own: self });
     }

@@ -5,16 +5,20 @@
 //! its branch, which is the key of its stored multiplier.
 
 use super::Setup;
-use super::branch_source::{BranchKernels, FIRST_ROW};
-use super::candidates::Lists;
-use super::near::RowInputs;
-use super::row_set::RowSet;
-use super::row_set::{MoveArgs, RememberArgs};
-use super::source::Kernels;
-use super::start::{Part, Stages};
+use super::branch_source::{self, FIRST_ROW, geometry, plain};
+use super::lists::{Lists, remembered};
+use super::part::Part;
+use super::row_inputs::RowInputs;
+use super::row_set::{Move, MoveArgs, RememberArgs, RowSet};
+use super::source::{changing, moved, numbers, stretched, with_direction, with_parts};
+use super::start::Stages;
 use super::states::{Poses, Shapes};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays, functions};
+use crate::constraint::LEAST_ALIGNED;
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, arrays, fragment, functions, kernels};
 use crate::lcp::gpu::DeviceProblem;
+use crate::separation::branches::gpu::Branched;
+
+pub(super) use branch_source::carry_branches;
 
 functions! {
     pub(super) Choose = struct ChooseArgs<'a> {
@@ -53,6 +57,33 @@ functions! {
     }
 }
 
+kernels! {
+    /// The kernels of a scene whose rows are by branches.
+    pub(super) struct BranchKernels for setup: &Setup {
+        choose: Choose = branch_source::choose(setup),
+        count: CountBranches = plain(setup, "count").include(fragment!("constraint/count_branches.wgsl")),
+        append: AppendBranches = with_parts(numbers(plain(setup, "append")))
+            .include(fragment!("constraint/row.wgsl"))
+            .include(fragment!("constraint/append_branches.wgsl")),
+        remember: RememberBranches = with_direction(plain(setup, "remember"))
+            .include(fragment!("constraint/remember_branches.wgsl")),
+        stage: Stage = changing(setup, geometry(setup, "stage").include(fragment!("constraint/stage.wgsl"))),
+        start: StartBranches = plain(setup, "start").include(fragment!("constraint/start_branches.wgsl")),
+        matched: Match = plain(setup, "match").include(fragment!("constraint/match.wgsl")),
+        tighten: TightenBranches = with_parts(plain(setup, "tighten").real("LEAST_ALIGNED", LEAST_ALIGNED))
+            .include(fragment!("constraint/share.wgsl"))
+            .include(fragment!("constraint/tighten_branches.wgsl")),
+        tightened: Tightened = plain(setup, "tightened").include(fragment!("constraint/tightened.wgsl")),
+        move_words: Move = moved(setup, "move words", "u32", 1),
+        /// Only if first rows are made at positions extrapolated with the last velocities, and if the separation of some
+        /// branches follows from their number.
+        aim: Option<Aim> = (setup.leads_ahead() && Branched::of(&setup.shapes).has_ends()).then(|| branch_source::aim(setup)),
+        /// Updates staged contacts to later lengths, in scenes with growth and midpoint steps.
+        stretch: Option<StretchBranches> = (setup.midpoint && setup.growth.is_some())
+            .then(|| stretched(setup).include(fragment!("dynamics/stretch_branches.wgsl"))),
+    }
+}
+
 /// The data of rows by branches, in addition to the rows.
 pub(super) struct Branches {
     /// Three vectors per row, see `shaders/constraint/stage.wgsl`.
@@ -64,6 +95,7 @@ pub(super) struct Branches {
     partners: Buffer,
     /// For each pair and branch, the multiplier at the end of the first half of a step.
     middle: Buffer,
+    pub kernels: BranchKernels,
 }
 
 arrays! { Branches { staged, features, partners } }
@@ -81,6 +113,7 @@ impl Branches {
             spare_features: features()?,
             partners: Buffer::new(gpu, "rows to tighten", 4, 0)?,
             middle: remembered(gpu, setup)?,
+            kernels: BranchKernels::make(gpu, setup)?,
         }))
     }
 
@@ -88,14 +121,13 @@ impl Branches {
     pub fn move_all(
         &mut self,
         gpu: &Gpu,
-        kernels: &BranchKernels,
         record: &mut Recorder<'_>,
         targets: &Buffer,
         [old_rows, rows]: [u64; 2],
     ) -> Result<(), GpuError> {
         let (from, to) = (&mut self.features, &mut self.spare_features);
         to.reserve(gpu, rows)?;
-        kernels.move_words.call(record, old_rows, MoveArgs { rows: old_rows, targets, source: from, moved: to });
+        self.kernels.move_words.call(record, old_rows, MoveArgs { rows: old_rows, targets, source: from, moved: to });
         std::mem::swap(from, to);
         Ok(())
     }
@@ -107,26 +139,21 @@ impl Branches {
         Ok(features.into_iter().map(|feature| feature & !FIRST_ROW).collect())
     }
 
-    fn stage(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
-        kernels.stage.call(record, made.pairs(), StageArgs { made, row_start, own: self });
+    fn stage(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
+        self.kernels.stage.call(record, made.pairs(), StageArgs { made, row_start, own: self });
     }
 
-    fn aim(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
-        let (Some(aim), true) = (&kernels.aim, made.ahead) else { return };
+    fn aim(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
+        let (Some(aim), true) = (&self.kernels.aim, made.ahead) else { return };
         let start = made.stages.states.start();
         aim.call(record, made.pairs(), AimArgs { start, made, row_start, own: self });
     }
 
-    fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
-        let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part()) else { return };
+    fn stretch(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
+        let (Some(stretch), Part::FromMiddle) = (&self.kernels.stretch, made.part()) else { return };
         let grown = made.stages.states.end_shapes();
         stretch.call(record, made.pairs(), StretchBranchesArgs { made, grown, row_start, own: self });
     }
-}
-
-/// A buffer for the stored multipliers of each pair's branches.
-pub(super) fn remembered(gpu: &Gpu, setup: &Setup) -> Result<Buffer, GpuError> {
-    Buffer::new(gpu, "multipliers of branches", setup.branches.max(1) as usize * setup.precision.bytes(), 0)
 }
 
 impl RowSet {
@@ -138,18 +165,19 @@ impl RowSet {
         made: RowInputs<'_>,
         violating: Option<f64>,
     ) -> Result<(), GpuError> {
-        let RowInputs { stages: Stages { gpu, kernels, states, .. }, lists, .. } = made;
-        let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
+        let RowInputs { stages: Stages { gpu, states, .. }, lists, .. } = made;
+        let Some(own) = &mut self.branches else { return Ok(()) };
         let mut remembered = &lists.remembered;
         if made.part() == Part::FromMiddle && violating.is_none() {
             own.middle.reserve(gpu, made.pairs())?;
+            let own = &*own;
             remembered = &own.middle;
             let kept = RememberBranchesArgs { accepted: false, lists, problem: &self.problem, own, remembered };
-            of_branches.remember.call(record, made.pairs(), kept);
+            own.kernels.remember.call(record, made.pairs(), kept);
         }
         let (at_trial, violating, start) = (violating.is_some(), violating.unwrap_or(0.0) as f32, states.start());
         let chosen = ChooseArgs { at_trial, violating, made, start, remembered };
-        of_branches.choose.call(record, made.pairs(), chosen);
+        own.kernels.choose.call(record, made.pairs(), chosen);
         Ok(())
     }
 
@@ -161,46 +189,48 @@ impl RowSet {
         made: RowInputs<'_>,
         first: bool,
     ) -> Result<(), GpuError> {
-        let (problem, Stages { gpu, kernels, .. }) = (&self.problem, made.stages);
-        let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
+        let (problem, gpu) = (&self.problem, made.stages.gpu);
+        let Some(own) = &mut self.branches else { return Ok(()) };
         own.staged.reserve(gpu, problem.rows)?;
         own.features.reserve(gpu, problem.rows)?;
-        own.stage(of_branches, record, made, &problem.block_start);
+        let own = &*own;
+        own.stage(record, made, &problem.block_start);
         if first {
-            own.stretch(of_branches, record, made, &problem.block_start);
-            own.aim(of_branches, record, made, &problem.block_start);
+            own.stretch(record, made, &problem.block_start);
+            own.aim(record, made, &problem.block_start);
         }
-        of_branches.append.call(record, made.pairs(), AppendBranchesArgs { first, made, problem, own });
+        own.kernels.append.call(record, made.pairs(), AppendBranchesArgs { first, made, problem, own });
         let remembered = if made.part() == Part::FromMiddle { &own.middle } else { &made.lists.remembered };
-        of_branches.start.call(record, made.pairs(), StartBranchesArgs { first, made, problem, own, remembered });
+        own.kernels.start.call(record, made.pairs(), StartBranchesArgs { first, made, problem, own, remembered });
         Ok(())
     }
 
     /// Moves the offsets of first rows to the violations of their branches, which reduces the number of violations.
     pub(super) fn tighten_branches(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
-        let (problem, Stages { gpu, kernels, .. }) = (&self.problem, made.stages);
-        let (Some(own), Some(kernels)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
+        let (problem, gpu) = (&self.problem, made.stages.gpu);
+        let Some(own) = &mut self.branches else { return Ok(()) };
         // One row for each violation, after the existing ones.
         let rows = self.next;
         own.staged.reserve(gpu, rows)?;
         own.partners.reserve(gpu, rows)?;
-        own.stage(kernels, record, made, &self.next_start);
+        let own = &*own;
+        own.stage(record, made, &self.next_start);
         let (pairs, next_start) = (made.pairs(), &self.next_start);
-        kernels.matched.call(record, pairs, MatchArgs { made, problem, next_start, own });
-        kernels.tighten.call(record, rows, TightenBranchesArgs { places: rows, made, problem, own });
-        kernels.tightened.call(record, pairs, TightenedArgs { made, next_start, own });
+        own.kernels.matched.call(record, pairs, MatchArgs { made, problem, next_start, own });
+        own.kernels.tighten.call(record, rows, TightenBranchesArgs { places: rows, made, problem, own });
+        own.kernels.tightened.call(record, pairs, TightenedArgs { made, next_start, own });
         Ok(())
     }
 
     /// Records the warm start of the next step.
-    pub fn remember(&self, kernels: &Kernels, record: &mut Recorder<'_>, lists: &Lists) {
+    pub fn remember(&self, record: &mut Recorder<'_>, lists: &Lists) {
         let (problem, pairs) = (&self.problem, lists.pairs_count);
-        if let (Some(own), Some(kernels)) = (&self.branches, &kernels.branches) {
+        if let Some(own) = &self.branches {
             let remembered = &lists.remembered;
             let kept = RememberBranchesArgs { accepted: true, lists, problem, own, remembered };
-            kernels.remember.call(record, pairs, kept);
+            own.kernels.remember.call(record, pairs, kept);
         }
-        if let Some(kernels) = &kernels.paper {
+        if let Some(kernels) = &self.kernels.paper {
             kernels.remember.call(record, pairs, RememberArgs { lists, problem });
         }
     }

@@ -1,14 +1,15 @@
 //! Candidate pairs on the device. A list is kept while the box of every body lies inside the box from which the list
-//! was made. Also the stored values of each pair.
+//! was made. The stored values of each pair are carried from one list to the next.
 
-use super::branches::CarryBranchesArgs;
+use super::Setup;
+use super::branches::{CarryBranches, CarryBranchesArgs, carry_branches};
+use super::lists::Lists;
 use super::row_set::RowSet;
-use super::source::Kernels;
+use super::source::{base, numbers, reporting};
 use super::states::{Poses, Shapes};
 use super::walls::Surfaces;
-use super::{Setup, branches};
 use crate::broad_phase::gpu::{Boxes, Search};
-use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder, arrays, functions};
+use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Made, Recorder, fragment, functions, kernels};
 use crate::walls::Walls;
 use crate::warm::Warm;
 
@@ -39,24 +40,17 @@ const FIRST_SKIN: f64 = 0.04;
 const LEAST_SKIN: f64 = 0.004;
 const LARGEST_SKIN: f64 = 0.2;
 
-/// The pairs, the list of pairs of each body, and the stored values of each pair.
-pub(super) struct Lists {
-    /// The number of pairs of bodies, plus places of bodies at surfaces.
-    pub pairs_count: u64,
-    pub body_pairs: u64,
-    pub pairs: Buffer,
-    pub adjacency_start: Buffer,
-    pub adjacency: Buffer,
-    /// Three vectors per pair, see `shaders/separation/narrow.wgsl`.
-    pub contacts: Buffer,
-    /// For rows by branches: the multipliers of each pair's branches at the end of the last step.
-    pub remembered: Buffer,
-    pub bodies: u64,
+kernels! {
+    /// The kernels of lists.
+    pub(super) struct CandidateKernels for setup: &Setup {
+        inside: Inside = reporting(base(setup, "inside")).include(fragment!("broad_phase/inside.wgsl")),
+        store: Store = base(setup, "store").include(fragment!("broad_phase/store.wgsl")),
+        find: FindOld = numbers(base(setup, "find")).include(fragment!("constraint/find.wgsl")),
+        carry: Carry = base(setup, "carry").include(fragment!("constraint/carry.wgsl")),
+        /// With rows by branches.
+        carry_branches: Option<CarryBranches> = (setup.branches > 0).then(|| carry_branches(setup)),
+    }
 }
-
-arrays! { Lists {
-    pairs, adjacency_start, start: adjacency_start, adjacency, contacts, remembered; pairs: pairs_count
-} }
 
 pub(super) struct Candidates {
     pub lists: Lists,
@@ -77,21 +71,7 @@ pub(super) struct Candidates {
     pub(super) first: bool,
     /// The pairs stored by an earlier run or by the host, until that search.
     pub(super) warm: Vec<Warm>,
-}
-
-impl Lists {
-    pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
-        Ok(Lists {
-            pairs_count: 0,
-            body_pairs: 0,
-            pairs: Buffer::new(gpu, "pairs", 8, 0)?,
-            adjacency_start: Buffer::new(gpu, "adjacency starts", 4, 1)?,
-            adjacency: Buffer::new(gpu, "adjacency", 4, 0)?,
-            contacts: Buffer::new(gpu, "contacts", 12 * setup.precision.bytes(), 0)?,
-            remembered: branches::remembered(gpu, setup)?,
-            bodies: 0,
-        })
-    }
+    kernels: CandidateKernels,
 }
 
 impl Candidates {
@@ -121,6 +101,7 @@ impl Candidates {
             stale: false,
             first: true,
             warm,
+            kernels: CandidateKernels::make(gpu, setup)?,
         })
     }
 
@@ -164,14 +145,13 @@ impl Candidates {
     pub fn inside(
         &mut self,
         gpu: &Gpu,
-        kernels: &Kernels,
         record: &mut Recorder<'_>,
         (start, boxes, report): (&Poses, &Buffer, &Buffer),
         bodies: u64,
     ) -> Result<(), GpuError> {
         self.stored.reserve(gpu, bodies)?;
         let (has_list, stored) = (self.is_for(bodies), &self.stored);
-        kernels.inside.call(record, bodies, InsideArgs { bodies, has_list, start, boxes, stored, report });
+        self.kernels.inside.call(record, bodies, InsideArgs { bodies, has_list, start, boxes, stored, report });
         Ok(())
     }
 
@@ -180,7 +160,6 @@ impl Candidates {
         &mut self,
         gpu: &Gpu,
         setup: &Setup,
-        kernels: &Kernels,
         (start, shapes, boxes, largest): (&Poses, &Shapes, &Buffer, f64),
         bodies: u64,
         rows: Option<&mut RowSet>,
@@ -191,7 +170,7 @@ impl Candidates {
         let mut record = gpu.record();
         record.stage("broad phase");
         let (skin, stored) = (&self.skin_buffer, &self.stored);
-        kernels.store.call(&mut record, bodies, StoreArgs { bodies, skin, start, boxes, stored });
+        self.kernels.store.call(&mut record, bodies, StoreArgs { bodies, skin, start, boxes, stored });
         record.submit()?;
         std::mem::swap(&mut self.lists, &mut self.old);
         let lists = &mut self.lists;
@@ -203,8 +182,8 @@ impl Candidates {
         found?;
         (lists.body_pairs, lists.bodies) = (self.search.count(), bodies);
         lists.pairs_count = lists.body_pairs;
-        if let (Some(surfaces), Some(kernels)) = (&mut self.surfaces, &kernels.walls) {
-            surfaces.extend(gpu, kernels, lists, &self.stored, shapes, bodies)?;
+        if let Some(surfaces) = &mut self.surfaces {
+            surfaces.extend(gpu, lists, &self.stored, shapes, bodies)?;
         }
         lists.contacts.reserve(gpu, lists.pairs_count)?;
         if setup.branches > 0 {
@@ -215,11 +194,11 @@ impl Candidates {
         if std::mem::replace(&mut self.first, false) {
             return self.recall(gpu, setup);
         }
-        self.carry(gpu, kernels, rows)
+        self.carry(gpu, rows)
     }
 
-    fn carry(&mut self, gpu: &Gpu, kernels: &Kernels, mut rows: Option<&mut RowSet>) -> Result<(), GpuError> {
-        let (lists, old, pairs) = (&self.lists, &self.old, self.lists.pairs_count);
+    fn carry(&mut self, gpu: &Gpu, mut rows: Option<&mut RowSet>) -> Result<(), GpuError> {
+        let (lists, old, kernels, pairs) = (&self.lists, &self.old, &self.kernels, self.lists.pairs_count);
         let mut record = gpu.record();
         record.stage("broad phase");
         self.old_pair.reserve(gpu, pairs)?;
@@ -229,8 +208,8 @@ impl Candidates {
         }
         let (old_bodies, old_pair) = (old.bodies, &self.old_pair);
         kernels.find.call(&mut record, pairs, FindOldArgs { old_bodies, lists, old, old_pair });
-        if let Some(kernels) = &kernels.branches {
-            kernels.carry.call(&mut record, pairs, CarryBranchesArgs { lists, old, old_pair });
+        if let Some(carry) = &kernels.carry_branches {
+            carry.call(&mut record, pairs, CarryBranchesArgs { lists, old, old_pair });
         }
         let (old_row_start, counts) = match &rows {
             Some(rows) => (&rows.problem.block_start, &rows.counts),
@@ -240,7 +219,7 @@ impl Candidates {
         let carried = CarryArgs { has_rows, lists, old, old_pair, old_row_start, counts };
         kernels.carry.call(&mut record, pairs, carried);
         if let Some(rows) = rows {
-            rows.carry(gpu, kernels, &mut record, pairs, old_pair)?;
+            rows.carry(gpu, &mut record, pairs, old_pair)?;
         }
         record.submit()
     }

@@ -6,7 +6,7 @@
 //! are not checked; bodies and pairs are named only where a guarantee is violated; energy is not measured.
 
 use super::Setup;
-use super::candidates::Lists;
+use super::lists::Lists;
 use super::motions::Motions;
 use super::narrow_phase::{NarrowPhase, Report};
 use super::row_set::RowSet;
@@ -14,7 +14,7 @@ use super::source::{numbers, reporting, with_bodies, with_flags};
 use super::start::Stages;
 use super::states::{Poses, Shapes};
 use crate::backend::cpu::two_sided::THROWN;
-use crate::gpu::{Buffer, GpuError, Recorder, Source, fragment, functions};
+use crate::gpu::{Buffer, GpuError, Recorder, Source, fragment, functions, kernels};
 use crate::lcp::gpu::DeviceProblem;
 use crate::step::{Effect, GAP};
 use crate::walls::{AtSurface, number_of};
@@ -31,6 +31,14 @@ functions! {
     }
 }
 
+kernels! {
+    /// The kernels of the effect of contact.
+    pub(super) struct EffectKernels for setup: &Setup {
+        farthest: Farthest = farthest(setup),
+        pushes: Option<Pushes> = pushes(setup),
+    }
+}
+
 impl Setup {
     /// The fraction of the thinner body's thickness up to which the separations of a trial are computed. Contacts that
     /// push must touch within this limit.
@@ -40,7 +48,7 @@ impl Setup {
 }
 
 /// The kernel for bodies.
-pub(super) fn farthest(setup: &Setup) -> Source {
+fn farthest(setup: &Setup) -> Source {
     reporting(with_bodies(setup, "farthest"))
         .include(fragment!("dynamics/axis.wgsl"))
         .include(fragment!("step/contact_move.wgsl"))
@@ -48,7 +56,7 @@ pub(super) fn farthest(setup: &Setup) -> Source {
 }
 
 /// The kernel for pairs; `None` with the paper's rows.
-pub(super) fn pushes(setup: &Setup) -> Option<Source> {
+fn pushes(setup: &Setup) -> Option<Source> {
     (setup.branches > 0).then(|| {
         reporting(numbers(with_flags(with_bodies(setup, "pushes"))))
             .real("GAP", setup.gap())
@@ -61,6 +69,7 @@ pub(super) fn pushes(setup: &Setup) -> Option<Source> {
 
 /// The inputs of the kernels for the effect of contact.
 pub(super) struct Effects<'a> {
+    pub kernels: &'a EffectKernels,
     pub stages: Stages<'a>,
     pub motions: &'a Motions,
     pub narrow: &'a NarrowPhase,
@@ -77,8 +86,8 @@ impl Effects<'_> {
         let (stages, motions, report) = (self.stages, self.motions, &self.narrow.report);
         let (shapes, trial) = (stages.states.end_shapes(), &stages.states.trial);
         let farthest = FarthestArgs { pass_number, stages, shapes, trial, motions, report };
-        stages.kernels.farthest.call(record, stages.start.bodies, farthest);
-        let Some(kernel) = &stages.kernels.pushes else { return };
+        self.kernels.farthest.call(record, stages.start.bodies, farthest);
+        let Some(kernel) = &self.kernels.pushes else { return };
         let (lists, problem) = (&self.narrow.candidates.lists, &self.rows.problem);
         let (least, start_overlap) = (self.tolerance as f32, self.overlap as f32);
         let pushes = PushesArgs { pass_number, least, start_overlap, stages, lists, problem, shapes, motions, report };

@@ -4,11 +4,12 @@
 
 use super::Setup;
 use super::motions::Motions;
-use super::narrow_phase::Report;
-use super::start::{Part, Stages};
+use super::part::Part;
+use super::source::{base, sheared};
+use super::start::Stages;
 use super::states::Poses;
-use crate::backend::cpu::first::DEEPEST_AHEAD;
-use crate::gpu::{Recorder, functions};
+use crate::backend::cpu::first::{AHEAD, DEEPEST_AHEAD};
+use crate::gpu::{Gpu, GpuError, Made, Recorder, fragment, functions, kernels};
 
 functions! {
     pub(super) Ahead = struct AheadArgs<'a> {
@@ -16,6 +17,17 @@ functions! {
     }
     pub(super) Carried = struct CarriedArgs<'a> {
         stages: Stages<'a>, start: &'a Poses, motions: &'a Motions, ahead: &'a Poses,
+    }
+}
+
+kernels! {
+    /// The kernels that move bodies to where first rows are made.
+    pub(super) struct FirstKernels for setup: &Setup {
+        /// Only if first rows are made at positions extrapolated with the last velocities.
+        ahead: Option<Ahead> = setup.leads_ahead()
+            .then(|| base(setup, "ahead").real("AHEAD", AHEAD).include(fragment!("dynamics/ahead.wgsl"))),
+        /// In scenes with a changing cell.
+        carried: Option<Carried> = setup.strain.map(|_| sheared::carried(setup)),
     }
 }
 
@@ -32,15 +44,19 @@ impl Setup {
 }
 
 /// The state where first rows are made.
-#[derive(Default)]
 pub(super) struct First {
     /// Whether the first rows at the start are made at extrapolated positions.
     pub ahead: bool,
     /// The deepest overlap in that state.
     pub overlap: f64,
+    kernels: FirstKernels,
 }
 
 impl First {
+    pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
+        Ok(First { ahead: false, overlap: 0.0, kernels: FirstKernels::make(gpu, setup)? })
+    }
+
     /// Whether the first rows of a part are made at extrapolated positions.
     pub fn is_ahead(&self, part: Part) -> bool {
         self.ahead && part != Part::FromMiddle
@@ -53,22 +69,21 @@ impl First {
     }
 
     /// Whether bodies overlap so deeply at extrapolated positions that normals may point to the wrong side.
-    pub fn is_led_astray(&self, setup: &Setup, part: Part, found: &Report) -> bool {
-        self.is_ahead(part) && f64::from(f32::from_bits(found.worst)) > DEEPEST_AHEAD * setup.thinnest
+    pub fn is_led_astray(&self, setup: &Setup, part: Part, overlap: f64) -> bool {
+        self.is_ahead(part) && overlap > DEEPEST_AHEAD * setup.thinnest
     }
 
     /// Records the poses where first rows are made, and the velocities that lead there.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Motions) {
         self.record_carried(stages, record, motions);
-        let kernel = stages.kernels.branches.as_ref().and_then(|kernels| kernels.ahead.as_ref());
-        let (Some(kernel), true) = (kernel, self.is_ahead(stages.start.part)) else { return };
+        let (Some(kernel), true) = (&self.kernels.ahead, self.is_ahead(stages.start.part)) else { return };
         let (start, ahead) = (stages.states.start(), self.poses(stages));
         kernel.call(record, stages.start.bodies, AheadArgs { stages, start, motions, ahead });
     }
 
     /// Records the poses to which the flow of a changing cell leads bodies.
     fn record_carried(&self, stages: Stages<'_>, record: &mut Recorder<'_>, motions: &Motions) {
-        let Some(kernel) = &stages.kernels.carried else { return };
+        let Some(kernel) = &self.kernels.carried else { return };
         let (start, ahead) = (stages.states.start(), self.poses(stages));
         kernel.call(record, stages.start.bodies, CarriedArgs { stages, start, motions, ahead });
     }

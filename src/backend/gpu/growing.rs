@@ -9,7 +9,7 @@ use super::start::Start;
 use super::states::{Poses, Shapes, States};
 use super::unrounded::split_length;
 use crate::dynamics::growth::Turn;
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Source, arrays, fragment, functions, kernels};
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, Source, arrays, fragment, functions, kernels};
 use crate::shape::gpu::add_shapes_to;
 
 functions! {
@@ -40,6 +40,8 @@ pub(super) struct GrowthBuffers {
     /// The divisions of a step.
     divisions: Buffer,
     indices: Buffer,
+    /// In scenes with growth.
+    kernels: Option<GrowthKernels>,
 }
 
 arrays! { GrowthBuffers { growths, divisions, indices } }
@@ -51,6 +53,7 @@ impl GrowthBuffers {
             growths: Buffer::new(gpu, "growths", real, ancestry.growing.len() as u64)?,
             divisions: Buffer::new(gpu, "divisions", 12 * real, 0)?,
             indices: Buffer::new(gpu, "dividing bodies", 8, 0)?,
+            kernels: Made::make(gpu, setup.growth.is_some().then_some(setup))?,
         };
         made.write_changed(gpu, setup, ancestry)?;
         Ok(made)
@@ -67,7 +70,8 @@ impl GrowthBuffers {
     }
 
     /// Records the growth of the bodies in a part of the step.
-    pub fn record(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, shapes: &Shapes, bodies: u64) {
+    pub fn record(&self, record: &mut Recorder<'_>, shapes: &Shapes, bodies: u64) {
+        let Some(kernels) = &self.kernels else { return };
         kernels.grow.call(record, bodies, GrowArgs { bodies, shapes, own: self });
     }
 
@@ -94,7 +98,6 @@ impl Start {
         &mut self,
         gpu: &Gpu,
         setup: &Setup,
-        kernels: &GrowthKernels,
         states: &mut States,
         (old, pressures): (u64, &[f64]),
     ) -> Result<(), GpuError> {
@@ -106,10 +109,10 @@ impl Start {
         states.begin(&mut record, old);
         if !due.is_empty() {
             let count = self.divide(gpu, setup, &due, pressures)?;
-            self.record_divisions(kernels, &mut record, states, count);
+            self.record_divisions(&mut record, states, count);
         }
         self.growth.write_changed(gpu, setup, &mut self.ancestry)?;
-        self.growth.record(kernels, &mut record, states.end_shapes(), self.bodies);
+        self.growth.record(&mut record, states.end_shapes(), self.bodies);
         record.submit()
     }
 
@@ -140,7 +143,8 @@ impl Start {
     }
 
     /// Records the replacement of mothers by two daughters.
-    fn record_divisions(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, states: &States, divisions: u64) {
+    fn record_divisions(&self, record: &mut Recorder<'_>, states: &States, divisions: u64) {
+        let Some(kernels) = &self.growth.kernels else { return };
         let (own, start, shapes) = (&self.growth, states.start(), states.end_shapes());
         kernels.divide.call(record, divisions, DivideArgs { divisions, own, start, shapes });
     }

@@ -6,7 +6,7 @@ use super::start::Stages;
 use super::states::{Poses, Shapes};
 use crate::bodies::Lineage;
 use crate::dynamics::{Dynamics, draw};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Source, fragment, functions};
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, Source, fragment, functions};
 use crate::shape::gpu::add_shapes_to;
 
 functions! {
@@ -45,13 +45,15 @@ pub(super) struct Ids {
     buffer: Buffer,
     /// The contents of the buffer.
     written: Vec<[u32; 2]>,
+    kernel: RandomLoads,
 }
 
 impl Ids {
     /// The buffer for a scene; `None` without Brownian motion.
     pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Option<Self>, GpuError> {
-        let made = |_| Ok(Ids { buffer: Buffer::new(gpu, "ids", 8, 1)?, written: Vec::new() });
-        setup.heat.map(made).transpose()
+        let Some(source) = source(setup) else { return Ok(None) };
+        let (buffer, kernel) = (Buffer::new(gpu, "ids", 8, 1)?, RandomLoads::make(gpu, source)?);
+        Ok(Some(Ids { buffer, written: Vec::new(), kernel }))
     }
 
     /// Writes the ids of the present bodies if they have changed.
@@ -67,10 +69,9 @@ impl Ids {
 
     /// Records the random loads of the step. With `adds`, they are added to loads that the host has written.
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, loads: &Buffer, adds: bool) {
-        let Some(heat) = &stages.kernels.heat else { return };
         let [step_low, step_high] = draw::halves(stages.start.step);
         let (ids, shapes, here) = (&self.buffer, stages.here_shapes(), stages.here());
         let warmed = RandomLoadsArgs { adds, step_low, step_high, stages, ids, shapes, here, loads };
-        heat.call(record, stages.start.bodies, warmed);
+        self.kernel.call(record, stages.start.bodies, warmed);
     }
 }

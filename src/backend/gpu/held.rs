@@ -1,13 +1,12 @@
 //! Bodies that do not move, on the device. Their motions are set to zero, and two of them never form a pair.
 
 use super::Setup;
-use super::candidates::Lists;
-use super::motions::Motions;
-use super::source::{Kernels, base, numbers, with_flags};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, fragment, functions, kernels};
+use super::lists::Lists;
+use super::source::{base, numbers, with_flags};
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, fragment, functions, kernels};
 
 functions! {
-    pub(super) Hold = struct HoldArgs<'a> { bodies: u64, is_fixed: &'a Buffer, motions: &'a Motions }
+    pub(super) Hold = struct HoldArgs<'a> { bodies: u64, is_fixed: &'a Buffer, motions: &'a Buffer }
     pub(super) Ignore = struct IgnoreArgs<'a> { flagged: u64, lists: &'a Lists, is_fixed: &'a Buffer }
 }
 
@@ -23,17 +22,18 @@ kernels! {
 pub(super) struct Held {
     flags: Buffer,
     bodies: u64,
+    kernels: HeldKernels,
 }
 
 impl Held {
     /// From one flag per body; `None` without flags.
-    pub fn new(gpu: &Gpu, flags: &[bool]) -> Result<Option<Self>, GpuError> {
+    pub fn new(gpu: &Gpu, setup: &Setup, flags: &[bool]) -> Result<Option<Self>, GpuError> {
         if flags.is_empty() {
             return Ok(None);
         }
         let words: Vec<u32> = flags.iter().map(|fixed| u32::from(*fixed)).collect();
         let flags = Buffer::with(gpu, "fixed bodies", 4, bytemuck::cast_slice(&words))?;
-        Ok(Some(Held { flags, bodies: words.len() as u64 }))
+        Ok(Some(Held { flags, bodies: words.len() as u64, kernels: HeldKernels::make(gpu, setup)? }))
     }
 
     /// Writes new flags.
@@ -46,16 +46,14 @@ impl Held {
     }
 
     /// Records that the motions of fixed bodies are set to zero.
-    pub fn hold(&self, kernels: &Kernels, record: &mut Recorder<'_>, motions: &Motions) {
-        let Some(kernels) = &kernels.held else { return };
+    pub fn hold(&self, record: &mut Recorder<'_>, motions: &Buffer) {
         let (bodies, is_fixed) = (self.bodies, &self.flags);
-        kernels.hold.call(record, bodies, HoldArgs { bodies, is_fixed, motions });
+        self.kernels.hold.call(record, bodies, HoldArgs { bodies, is_fixed, motions });
     }
 
     /// Records that pairs of two fixed parts are marked as far.
-    pub fn ignore(&self, kernels: &Kernels, record: &mut Recorder<'_>, lists: &Lists) {
-        let Some(kernels) = &kernels.held else { return };
+    pub fn ignore(&self, record: &mut Recorder<'_>, lists: &Lists) {
         let (flagged, is_fixed) = (self.bodies, &self.flags);
-        kernels.ignore.call(record, lists.pairs_count, IgnoreArgs { flagged, lists, is_fixed });
+        self.kernels.ignore.call(record, lists.pairs_count, IgnoreArgs { flagged, lists, is_fixed });
     }
 }

@@ -2,9 +2,9 @@
 //! controls the work and reads a few words per stage: the number of rows, whether the list of candidates is still
 //! valid, the residual, the overlap.
 //!
-//! A step has the same stages as on the CPU. Each stage has its own file and buffers: `start`, `motions`, `first` (the
-//! state in which the first rows are made), `near` (the inputs of rows), `row_set`, `solve` and `trial`. `states`
-//! contains the poses and shapes that all stages read. `narrow_phase` contains the candidate pairs and the separation
+//! A step has the same stages as on the CPU. Each stage has its own file, buffers and kernels: `start`, `motions`,
+//! `first` (the state in which the first rows are made), `near`, `row_set`, `solve` and `trial`. `states` contains the
+//! poses and shapes that all stages read, `source` what the texts of kernels share. `narrow_phase` contains the candidate pairs and the separation
 //! values that the host reads. `Stages` contains the inputs of a stage.
 //!
 //! Only the objects that the scene needs are created: kernels for the pairs that its shapes can form, buffers for the
@@ -23,11 +23,14 @@ mod growing;
 mod heat;
 mod held;
 mod keeper;
+mod lists;
 mod motions;
 mod narrow_phase;
 mod near;
+mod part;
 mod passing;
 mod read_back;
+mod row_inputs;
 mod row_set;
 mod setup;
 mod solve;
@@ -46,15 +49,15 @@ use crate::constraint::RowSource;
 use crate::gpu::{Gpu, GpuError, Made, Precision};
 use crate::step::{Model, Phases, State};
 pub use contacts::{contacts, wall_contacts};
-use effect::Effects;
+use effect::{EffectKernels, Effects};
 use first::First;
 use keeper::Accepted;
 use motions::Motions;
 use narrow_phase::NarrowPhase;
+use passing::PassingKernels;
 use row_set::RowSet;
 pub(crate) use setup::Setup;
 use solve::Solve;
-use source::Kernels;
 use start::{Stages, Start};
 use states::States;
 use std::sync::{Arc, OnceLock};
@@ -66,7 +69,6 @@ pub struct Device {
     /// For the CPU, which repeats failed steps.
     model: Model,
     setup: Setup,
-    kernels: Kernels,
     accepted: Accepted,
     states: States,
     start: Start,
@@ -76,6 +78,8 @@ pub struct Device {
     rows: RowSet,
     solve: Solve,
     trial: Trial,
+    effect: EffectKernels,
+    passing: PassingKernels,
     phases: Phases,
 }
 
@@ -125,12 +129,13 @@ impl Device {
             states,
             start: Start::new(&gpu, &setup, model, &state, &unrounded)?,
             motions: Motions::new(&gpu, &setup, &state.bodies)?,
-            first: First::default(),
+            first: First::new(&gpu, &setup)?,
             narrow: NarrowPhase::new(&gpu, &setup, state.warm.clone())?,
             rows: RowSet::new(&gpu, &setup)?,
-            kernels: Kernels::make(&gpu, &setup)?,
             solve: Solve::new(&gpu, &setup, model, bodies)?,
-            trial: Trial::new(model.contact.overlap_tolerance),
+            trial: Trial::new(&gpu, &setup, model.contact.overlap_tolerance)?,
+            effect: EffectKernels::make(&gpu, &setup)?,
+            passing: PassingKernels::make(&gpu, &setup)?,
             accepted: Accepted { state: OnceLock::from(state.clone()), ..Accepted::of(&state) },
             phases: Phases::default(),
             setup,
@@ -145,14 +150,14 @@ impl Device {
     }
 
     fn stages(&self) -> Stages<'_> {
-        let Device { gpu, setup, kernels, states, start, .. } = self;
-        Stages { gpu, setup, kernels, states, start }
+        let Device { gpu, setup, states, start, .. } = self;
+        Stages { gpu, setup, states, start }
     }
 
     /// The effect of contact up to the trial.
     fn effects(&self) -> Effects<'_> {
-        let Device { motions, first, narrow, rows, solve, .. } = self;
+        let Device { motions, first, narrow, rows, solve, effect: kernels, .. } = self;
         let (tolerance, overlap) = (solve.tolerance(), first.overlap);
-        Effects { stages: self.stages(), motions, narrow, rows, tolerance, overlap }
+        Effects { kernels, stages: self.stages(), motions, narrow, rows, tolerance, overlap }
     }
 }

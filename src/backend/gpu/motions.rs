@@ -3,15 +3,14 @@
 
 use super::Setup;
 use super::bonds::BondBuffers;
-use super::first::First;
 use super::heat::Ids;
-use super::narrow_phase::Report;
-use super::source::MidpointKernels;
-use super::start::{Part, Stages, Start};
+use super::part::Part;
+use super::source::{damping, motion, turned, with_bodies};
+use super::start::{Stages, Start};
 use super::states::{Poses, Shapes};
 use crate::bodies::Bodies;
 use crate::dynamics::{ForceField, Load, Twist};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays, functions};
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, arrays, fragment, functions, kernels};
 use crate::step::Fault;
 use glam::DVec3;
 
@@ -25,6 +24,20 @@ functions! {
     }
     pub(super) BodyBoxes = struct BodyBoxesArgs<'a> {
         stages: Stages<'a>, first: &'a Poses, shapes: &'a Shapes, motions: &'a Motions,
+    }
+}
+
+kernels! {
+    /// The kernels of motions.
+    pub(super) struct MotionKernels for setup: &Setup {
+        motion: FreeMotion = motion(setup, setup.makes_loads()),
+        boxes: BodyBoxes = with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
+        /// The motion over the step from its middle, with inertia.
+        middle: Option<MiddleMotion> =
+            (setup.midpoint && setup.inertia()).then(|| match damping(setup) {
+                Some(source) => source("middle").include(fragment!("dynamics/damped_middle.wgsl")),
+                None => turned(setup, "middle").include(fragment!("dynamics/middle.wgsl")),
+            }),
     }
 }
 
@@ -46,6 +59,7 @@ pub(super) struct Motions {
     /// The bodies' ids, in scenes with Brownian motion.
     pub ids: Option<Ids>,
     pub bonds: Option<BondBuffers>,
+    kernels: MotionKernels,
 }
 
 arrays! { Motions { loads, motions, boxes } }
@@ -61,7 +75,16 @@ impl Motions {
             boxes: Buffer::new(gpu, "boxes", 4 * real, bodies.len() as u64)?,
             ids: Ids::new(gpu, setup)?,
             bonds: BondBuffers::new(gpu, setup, &bodies.broken_bonds)?,
+            kernels: MotionKernels::make(gpu, setup)?,
         })
+    }
+
+    /// From now on the kernel of forces reads loads.
+    pub fn take_loads(&mut self, gpu: &Gpu, setup: &Setup) -> Result<(), GpuError> {
+        if !std::mem::replace(&mut self.takes_loads, true) {
+            self.kernels.motion = FreeMotion::make(gpu, motion(setup, true))?;
+        }
+        Ok(())
     }
 
     /// Writes user-defined forces, computed from the bodies at the beginning of the present part.
@@ -106,10 +129,9 @@ impl Motions {
         Ok(())
     }
 
-    /// Records forces, free velocities and mobilities at the beginning of the present part, the state of the first
-    /// rows, and the boxes there.
-    pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, first: &First) {
-        let Stages { kernels, start, .. } = stages;
+    /// Records forces, free velocities and mobilities at the beginning of the present part.
+    pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>) {
+        let start = stages.start;
         let (bodies, in_middle) = (start.bodies, start.part == Part::FromMiddle);
         let plugged = !self.plugged.is_empty();
         if let Some(ids) = &self.ids {
@@ -120,28 +142,31 @@ impl Motions {
         }
         let (here, shapes, groups_of, motions) = (stages.here(), stages.here_shapes(), &start.groups_of, self);
         let propelled = FreeMotionArgs { in_middle, stages, here, shapes, groups_of, motions };
-        kernels.motion.call(record, bodies, propelled);
-        if let (true, Some(MidpointKernels { middle: Some(middle), .. })) = (in_middle, &kernels.midpoint) {
+        self.kernels.motion.call(record, bodies, propelled);
+        if let (true, Some(middle)) = (in_middle, &self.kernels.middle) {
             let start = stages.states.start();
             middle.call(record, bodies, MiddleMotionArgs { stages, start, shapes, motions });
         }
         if let Some(held) = &start.held {
-            held.hold(kernels, record, motions);
+            held.hold(record, &self.motions);
         }
-        first.record(stages, record, motions);
-        let first = first.poses(stages);
-        kernels.boxes.call(record, bodies, BodyBoxesArgs { stages, first, shapes, motions });
+    }
+
+    /// Records the boxes of the bodies in the poses `first`, where first rows are made.
+    pub fn record_boxes(&self, stages: Stages<'_>, record: &mut Recorder<'_>, first: &Poses) {
+        let (shapes, motions) = (stages.here_shapes(), self);
+        self.kernels.boxes.call(record, stages.start.bodies, BodyBoxesArgs { stages, first, shapes, motions });
     }
 
     /// Rejects bodies whose reach or free motion in this step is too large for the shortest period, so that images
     /// other than the nearest could come near. The fourth number of a box is the radius, plus half the cutoff, plus the
-    /// distance moved.
-    pub fn check_periods(&self, Stages { gpu, setup, start, .. }: Stages<'_>, report: &Report) -> Result<(), Fault> {
+    /// distance moved; `largest` is the largest of them.
+    pub fn check_periods(&self, Stages { gpu, setup, start, .. }: Stages<'_>, largest: f32) -> Result<(), Fault> {
         let Some(period) = start.periods.shortest() else { return Ok(()) };
         let precision = setup.precision;
         let most = 0.5 * period * (1.0 + ROUNDINGS * precision.epsilon());
         // The report has 32 bits.
-        let largest = f64::from(f32::from_bits(report.largest)) * (1.0 + f64::from(f32::EPSILON));
+        let largest = f64::from(largest) * (1.0 + f64::from(f32::EPSILON));
         if 2.0 * largest <= most {
             return Ok(());
         }

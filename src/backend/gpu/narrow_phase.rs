@@ -1,13 +1,15 @@
 //! The separations of a step on the device, with a complete list of candidates for them, and the values that the host
 //! reads.
 
-use super::candidates::{Candidates, Lists};
-use super::near::RowInputs;
-use super::source::{NEAR, VIOLATING};
-use super::start::{Part, Stages};
+use super::candidates::Candidates;
+use super::lists::Lists;
+use super::part::Part;
+use super::row_inputs::RowInputs;
+use super::source::{NEAR, VIOLATING, base, narrow_sources, reporting, with_flags};
+use super::start::Stages;
 use super::states::Poses;
 use super::{Device, Setup};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, functions};
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, fragment, functions, kernels};
 use crate::step::{Fault, Overlap};
 use crate::walls::{AtSurface, Walls};
 use crate::warm::Warm;
@@ -19,6 +21,15 @@ functions! {
         pairs: u64, at_trial: bool, violating: f32, made: RowInputs<'a>, report: &'a Buffer,
     }
     pub(super) Overlaps = struct OverlapsArgs<'a> { pass_number: u64, lists: &'a Lists, report: &'a Buffer }
+}
+
+kernels! {
+    /// The kernels of separations.
+    pub(super) struct NarrowKernels for setup: &Setup {
+        /// One kernel for each pair of families that the scene's shapes can form.
+        narrow: Vec<Narrow> = narrow_sources(setup),
+        overlap: Overlaps = reporting(with_flags(base(setup, "overlap"))).include(fragment!("step/overlap.wgsl")),
+    }
 }
 
 /// The data that the host reads of a stage: `Report` of `shaders/step/report.wgsl`.
@@ -71,6 +82,7 @@ pub(super) struct NarrowPhase {
     pub candidates: Candidates,
     pub report: Buffer,
     blank: Buffer,
+    kernels: NarrowKernels,
 }
 
 impl NarrowPhase {
@@ -79,6 +91,7 @@ impl NarrowPhase {
             report: Buffer::new(gpu, "report", 4, Report::BYTES / 4)?,
             blank: Buffer::with(gpu, "blank report", 4, bytemuck::bytes_of(&Report::blank()))?,
             candidates: Candidates::new(gpu, setup, warm)?,
+            kernels: NarrowKernels::make(gpu, setup)?,
         })
     }
 
@@ -89,35 +102,35 @@ impl NarrowPhase {
         record: &mut Recorder<'_>,
         (first, boxes): (&Poses, &Buffer),
     ) -> Result<(), GpuError> {
-        let NarrowPhase { candidates, report, blank } = self;
+        let NarrowPhase { candidates, report, blank, .. } = self;
         record.copy(blank, 0, report, 0, Report::BYTES);
-        candidates.inside(stages.gpu, stages.kernels, record, (first, boxes, report), stages.start.bodies)
+        candidates.inside(stages.gpu, record, (first, boxes, report), stages.start.bodies)
     }
 
     /// Records the separations of all pairs in the given poses. At the trial, pairs that overlap by at least
     /// `violating` are violations.
     fn record_separations(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, (at_trial, violating): (bool, f64)) {
-        let RowInputs { stages: Stages { kernels, start, .. }, lists, .. } = made;
+        let RowInputs { stages: Stages { start, .. }, lists, .. } = made;
         let (pairs, violating, report) = (lists.body_pairs, violating as f32, &self.report);
-        for kernel in &kernels.narrow {
+        for kernel in &self.kernels.narrow {
             kernel.call(record, pairs, NarrowArgs { pairs, at_trial, violating, made, report });
         }
-        if let (Some(surfaces), Some(kernels)) = (&self.candidates.surfaces, &kernels.walls) {
-            surfaces.separate(kernels, record, made, (at_trial, violating));
+        if let Some(surfaces) = &self.candidates.surfaces {
+            surfaces.separate(record, made, (at_trial, violating));
         }
         if let Some(held) = &start.held {
-            held.ignore(kernels, record, lists);
+            held.ignore(record, lists);
         }
     }
 
     /// Records the deepest overlap, and at the trial also its pair.
-    fn record_overlap(&self, Stages { setup, kernels, .. }: Stages<'_>, record: &mut Recorder<'_>, at_trial: bool) {
+    fn record_overlap(&self, Stages { setup, .. }: Stages<'_>, record: &mut Recorder<'_>, at_trial: bool) {
         let (lists, pairs) = (&self.candidates.lists, self.candidates.lists.pairs_count);
         // Where first rows are made, only the deepest overlap is needed.
         let passes = if at_trial { 3 } else { usize::from(setup.branches > 0) };
         for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)].into_iter().take(passes) {
             let searched = OverlapsArgs { pass_number: pass, lists, report: &self.report };
-            kernels.overlap.call(record, threads, searched);
+            self.kernels.overlap.call(record, threads, searched);
         }
     }
 }
@@ -131,8 +144,8 @@ impl Device {
         loop {
             let mut record = prepared.take().unwrap_or_else(|| gpu.record());
             record.stage("narrow phase");
-            let Device { setup, kernels, states, start, motions, first, narrow, .. } = &mut *self;
-            let stages = Stages { gpu: &gpu, setup, kernels, states, start };
+            let Device { setup, states, start, motions, first, narrow, .. } = &mut *self;
+            let stages = Stages { gpu: &gpu, setup, states, start };
             narrow.record_look(stages, &mut record, (first.poses(stages), &motions.boxes))?;
             let listed = narrow.candidates.is_for(start.bodies);
             if listed {
@@ -147,7 +160,7 @@ impl Device {
                 return Err(Fault::NotFinite { step: self.start.step, what: "velocity or pose", body });
             }
             if !at_trial {
-                self.motions.check_periods(self.stages(), &report)?;
+                self.motions.check_periods(self.stages(), f32::from_bits(report.largest))?;
             }
             if listed && report.outside == 0 {
                 self.rows.next = u64::from(bytemuck::pod_read_unaligned::<u32>(&read[1]));
@@ -175,12 +188,12 @@ impl Device {
     fn search(&mut self, report: &Report, at_trial: bool) -> Result<(), GpuError> {
         let begun = Instant::now();
         let largest = f64::from(f32::from_bits(report.largest));
-        let Device { gpu, setup, kernels, states, start, motions, first, narrow, rows, .. } = &mut *self;
-        let stages = Stages { gpu, setup, kernels, states, start };
+        let Device { gpu, setup, states, start, motions, first, narrow, rows, .. } = &mut *self;
+        let stages = Stages { gpu, setup, states, start };
         // In the middle, the rows of the whole step start from the multipliers of the first half's rows.
         let rows = (at_trial || start.part == Part::FromMiddle).then_some(rows);
         let boxes = (first.poses(stages), states.end_shapes(), &motions.boxes, largest);
-        narrow.candidates.search(gpu, setup, kernels, boxes, start.bodies, rows)?;
+        narrow.candidates.search(gpu, setup, boxes, start.bodies, rows)?;
         let spent = begun.elapsed();
         self.phases.broad_phase += spent;
         // The caller counts this call as narrow phase, so the time counted elsewhere is subtracted.

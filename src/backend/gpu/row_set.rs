@@ -3,11 +3,13 @@
 
 use super::Setup;
 use super::branches::{Branches, CountBranchesArgs};
-use super::candidates::Lists;
-use super::near::RowInputs;
-use super::source::{Kernels, MiddleRowKernels, NEAR, VIOLATING};
-use super::start::{Part, Stages};
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan, functions};
+use super::lists::Lists;
+use super::part::Part;
+use super::row_inputs::{RowInputs, Stretch};
+use super::source::{NEAR, VIOLATING, base, moved, numbers, stretched, with_direction, with_flags, with_parts};
+use super::start::Stages;
+use crate::constraint::LEAST_ALIGNED;
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, Scan, fragment, functions, kernels};
 use crate::lcp::gpu::DeviceProblem;
 use bytemuck::pod_read_unaligned;
 
@@ -37,6 +39,57 @@ functions! {
     pub(super) IncidenceFill = struct IncidenceFillArgs<'a> { made: RowInputs<'a>, problem: &'a DeviceProblem }
 }
 
+kernels! {
+    /// The kernels of rows.
+    pub(super) struct RowKernels for setup: &Setup {
+        target: Target = base(setup, "target").include(fragment!("constraint/target.wgsl")),
+        move_pairs: Move = moved(setup, "move pairs", "vec2<u32>", 1),
+        move_blocks: Move = moved(setup, "move blocks", "vec4r", if setup.planar { 2 } else { 4 }),
+        move_reals: Move = moved(setup, "move numbers", "real", 1),
+        incidence_count: IncidenceCount =
+            base(setup, "incidence count").include(fragment!("constraint/incidence_count.wgsl")),
+        incidence_fill: IncidenceFill =
+            base(setup, "incidence fill").include(fragment!("constraint/incidence_fill.wgsl")),
+        /// With the paper's rows.
+        paper: Option<PaperKernels> = (setup.branches == 0).then_some(setup),
+        /// With the paper's rows and midpoint steps.
+        middle: Option<MiddleRowKernels> = setup.makes_rows_again().then_some(setup),
+        /// The separations at later lengths, in such scenes with growth.
+        stretch: Option<Stretch> = (setup.makes_rows_again() && setup.growth.is_some())
+            .then(|| stretched(setup).include(fragment!("dynamics/stretch.wgsl"))),
+    }
+}
+
+kernels! {
+    /// The kernels of the paper's rows.
+    pub(super) struct PaperKernels for setup: &Setup {
+        count: Count = base(setup, "count").include(fragment!("constraint/count.wgsl")),
+        append: Append = with_parts(numbers(base(setup, "append")))
+            .include(fragment!("constraint/row.wgsl"))
+            .include(fragment!("constraint/append.wgsl")),
+        remember: Remember =
+            with_direction(base(setup, "remember")).include(fragment!("constraint/remember.wgsl")),
+    }
+}
+
+kernels! {
+    /// The kernels of the paper's rows in the middle of a step.
+    pub(super) struct MiddleRowKernels for setup: &Setup {
+        /// The starting multipliers of these rows.
+        recall: Recall = base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
+        tighten: Tighten = with_parts(with_flags(base(setup, "tighten")).real("LEAST_ALIGNED", LEAST_ALIGNED))
+            .include(fragment!("constraint/share.wgsl"))
+            .include(fragment!("constraint/tighten.wgsl")),
+    }
+}
+
+impl Setup {
+    /// Whether the rows of the paper are made again in the middle of a step.
+    pub(super) fn makes_rows_again(&self) -> bool {
+        self.midpoint && self.branches == 0
+    }
+}
+
 /// The rows, and the buffers for moving them.
 pub(super) struct RowSet {
     pub problem: DeviceProblem,
@@ -56,6 +109,7 @@ pub(super) struct RowSet {
     targets: Buffer,
     body_counts: Buffer,
     scan: Scan,
+    pub kernels: RowKernels,
 }
 
 impl RowSet {
@@ -84,13 +138,14 @@ impl RowSet {
             spare_q: Buffer::new(gpu, "q", real, 0)?,
             spare_gamma: Buffer::new(gpu, "gamma", real, 0)?,
             branches: Branches::new(gpu, setup)?,
-            is_first: if setup.midpoint && setup.branches == 0 { Some([is_first()?, is_first()?]) } else { None },
+            is_first: if setup.makes_rows_again() { Some([is_first()?, is_first()?]) } else { None },
             next_start: Buffer::new(gpu, "row starts", 4, 1)?,
             next: 0,
             counts: Buffer::new(gpu, "row counts", 4, 0)?,
             targets: Buffer::new(gpu, "row targets", 4, 0)?,
             body_counts: Buffer::new(gpu, "incidence counts", 4, 0)?,
             scan: Scan::new(gpu)?,
+            kernels: RowKernels::make(gpu, setup)?,
         })
     }
 
@@ -102,14 +157,14 @@ impl RowSet {
         made: RowInputs<'_>,
         (has_rows, threshold): (bool, u32),
     ) -> Result<(), GpuError> {
-        let (Stages { gpu, kernels, .. }, pairs) = (made.stages, made.pairs());
+        let (gpu, pairs) = (made.stages.gpu, made.pairs());
         self.counts.reserve(gpu, pairs)?;
         self.next_start.reserve(gpu, pairs + 1)?;
         let (problem, counts) = (&self.problem, &self.counts);
-        if let Some(kernels) = &kernels.branches {
-            kernels.count.call(record, pairs, CountBranchesArgs { has_rows, made, problem, counts });
+        if let Some(branches) = &self.branches {
+            branches.kernels.count.call(record, pairs, CountBranchesArgs { has_rows, made, problem, counts });
         }
-        if let Some(kernels) = &kernels.paper {
+        if let Some(kernels) = &self.kernels.paper {
             kernels.count.call(record, pairs, CountArgs { has_rows, threshold, made, problem, counts });
         }
         self.scan.exclusive(record, &self.counts, &self.next_start, pairs)
@@ -117,12 +172,13 @@ impl RowSet {
 
     /// Makes the first rows of a part of the step, which [`RowSet::count`] has counted.
     pub fn begin(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
-        made.record_stretch(record);
+        if let Some(stretch) = &self.kernels.stretch {
+            made.record_stretch(stretch, record);
+        }
         // Rows by branches have already read the multipliers of the first half.
-        let middle = made.stages.kernels.midpoint.as_ref().and_then(|kernels| kernels.rows.as_ref());
-        match middle.filter(|_| made.part() == Part::FromMiddle) {
-            Some(kernels) => self.begin_again(kernels, record, made),
-            None => self.make_first(record, made),
+        match made.part() == Part::FromMiddle && self.kernels.middle.is_some() {
+            true => self.begin_again(record, made),
+            false => self.make_first(record, made),
         }
     }
 
@@ -140,15 +196,10 @@ impl RowSet {
     }
 
     /// Replaces the rows of the first half by the first rows of the whole step, which start from their multipliers.
-    fn begin_again(
-        &mut self,
-        kernels: &MiddleRowKernels,
-        record: &mut Recorder<'_>,
-        made: RowInputs<'_>,
-    ) -> Result<(), GpuError> {
+    fn begin_again(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
         std::mem::swap(&mut self.problem.gamma, &mut self.spare_gamma);
         self.make_first(record, made)?;
-        let Some([is_first, _]) = &mut self.is_first else { return Ok(()) };
+        let (Some([is_first, _]), Some(kernels)) = (&mut self.is_first, &self.kernels.middle) else { return Ok(()) };
         is_first.reserve(made.stages.gpu, self.next)?;
         // The starts and multipliers of the old rows are now in the spare buffers.
         let (old_start, old_gamma, problem) = (&self.next_start, &self.spare_gamma, &self.problem);
@@ -170,16 +221,14 @@ impl RowSet {
 
     /// The same for the paper's rows in the middle of a step: their pairs are no longer violations.
     fn tighten_pairs(&self, record: &mut Recorder<'_>, made: RowInputs<'_>) {
-        let kernels = made.stages.kernels.midpoint.as_ref().and_then(|kernels| kernels.rows.as_ref());
-        let (Some([is_first, _]), Some(kernels)) = (&self.is_first, kernels) else { return };
+        let (Some([is_first, _]), Some(kernels)) = (&self.is_first, &self.kernels.middle) else { return };
         kernels.tighten.call(record, made.pairs(), TightenArgs { made, problem: &self.problem, is_first });
     }
 
     /// Makes one more row for every violating pair, which [`RowSet::count`] has counted.
     pub fn extend(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
-        let Stages { gpu, kernels, .. } = made.stages;
         // Rows keep their pairs, so no map from old pairs to new ones is needed.
-        self.move_all(gpu, kernels, record, (made.pairs(), None), self.next)?;
+        self.move_all(made.stages.gpu, record, (made.pairs(), None), self.next)?;
         if self.branches.is_some() {
             return self.append_branches(record, made, false);
         }
@@ -192,7 +241,6 @@ impl RowSet {
     pub fn carry(
         &mut self,
         gpu: &Gpu,
-        kernels: &Kernels,
         record: &mut Recorder<'_>,
         pairs: u64,
         old_pair: &Buffer,
@@ -200,12 +248,12 @@ impl RowSet {
         self.next_start.reserve(gpu, pairs + 1)?;
         self.scan.exclusive(record, &self.counts, &self.next_start, pairs)?;
         let rows = self.problem.rows;
-        self.move_all(gpu, kernels, record, (pairs, Some(old_pair)), rows)
+        self.move_all(gpu, record, (pairs, Some(old_pair)), rows)
     }
 
     /// Records the list of rows of each body.
     pub fn incidence(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
-        let Stages { gpu, kernels, start, .. } = made.stages;
+        let Stages { gpu, start, .. } = made.stages;
         let bodies = start.bodies;
         let problem = &mut self.problem;
         problem.bodies = bodies;
@@ -214,28 +262,27 @@ impl RowSet {
         problem.incidence.reserve(gpu, 2 * problem.rows)?;
         problem.velocity.reserve(gpu, bodies)?;
         let (problem, counts) = (&*problem, &self.body_counts);
-        kernels.incidence_count.call(record, bodies, IncidenceCountArgs { made, problem, counts });
+        self.kernels.incidence_count.call(record, bodies, IncidenceCountArgs { made, problem, counts });
         self.scan.exclusive(record, counts, &problem.incidence_start, bodies)?;
-        kernels.incidence_fill.call(record, bodies, IncidenceFillArgs { made, problem });
+        self.kernels.incidence_fill.call(record, bodies, IncidenceFillArgs { made, problem });
         Ok(())
     }
 
     fn append(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, threshold: u32, warm: bool) {
-        let Some(kernels) = &made.stages.kernels.paper else { return };
+        let Some(kernels) = &self.kernels.paper else { return };
         kernels.append.call(record, made.pairs(), AppendArgs { threshold, warm, made, problem: &self.problem });
     }
 
     fn move_all(
         &mut self,
         gpu: &Gpu,
-        kernels: &Kernels,
         record: &mut Recorder<'_>,
         (pairs, old_pair): (u64, Option<&Buffer>),
         rows: u64,
     ) -> Result<(), GpuError> {
         let old_rows = self.problem.rows;
         self.targets.reserve(gpu, old_rows)?;
-        let problem = &mut self.problem;
+        let (problem, kernels) = (&mut self.problem, &self.kernels);
         if old_pair.is_some() {
             // In the middle of a step, pairs with rows may be far apart and no longer in the list.
             record.clear(&self.targets, 0..4 * old_rows);
@@ -264,8 +311,8 @@ impl RowSet {
             kernels.move_reals.call(record, old_rows, MoveArgs { rows: old_rows, targets, source: from, moved: to });
             std::mem::swap(from, to);
         }
-        if let (Some(branches), Some(kernels)) = (&mut self.branches, &kernels.branches) {
-            branches.move_all(gpu, kernels, record, targets, [old_rows, rows])?;
+        if let Some(branches) = &mut self.branches {
+            branches.move_all(gpu, record, targets, [old_rows, rows])?;
         }
         self.take_starts(pairs, rows);
         Ok(())

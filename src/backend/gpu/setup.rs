@@ -43,8 +43,6 @@ pub(crate) struct Setup {
     /// The error assumed for overlaps: violations begin at an overlap smaller by this, and reported overlaps are larger
     /// by this, so that the tolerance holds in exact arithmetic.
     pub rounding: f64,
-    /// Whether bodies may be fixed.
-    pub fixed: bool,
 }
 
 /// The error of overlaps in 32 bits, as a fraction of the longest body's length, and its largest fraction of the
@@ -108,7 +106,6 @@ impl Setup {
             shapes: shapes.to_vec(),
             thinnest,
             walls: model.walls.clone(),
-            fixed: model.fixed.any(),
         })
     }
 

@@ -3,7 +3,6 @@
 use super::Setup;
 use super::candidates::Candidates;
 use super::row_set::RowSet;
-use super::source::Kernels;
 use crate::gpu::{Gpu, GpuError};
 use crate::lcp::gpu::Solver;
 use crate::lcp::{Outcome, Settings};
@@ -38,17 +37,14 @@ impl Solve {
     pub fn solve(
         &mut self,
         gpu: &Gpu,
-        kernels: &Kernels,
         candidates: &mut Candidates,
         rows: &mut RowSet,
         tolerance: f64,
     ) -> Result<Outcome, GpuError> {
         self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
         let problem = &mut rows.problem;
-        let (Some(surfaces), Some(kernels)) = (&mut candidates.surfaces, &kernels.walls) else {
-            return self.solver.solve(gpu, problem);
-        };
-        surfaces.join_places(gpu, kernels, &candidates.lists, &problem.block_start)?;
+        let Some(surfaces) = &mut candidates.surfaces else { return self.solver.solve(gpu, problem) };
+        surfaces.join_places(gpu, &candidates.lists, &problem.block_start)?;
         surfaces.exchange_starts(&mut problem.block_start);
         let outcome = self.solver.solve(gpu, problem);
         surfaces.exchange_starts(&mut problem.block_start);

@@ -8,35 +8,13 @@ use super::Setup;
 use super::ancestry::Ancestry;
 use super::growing::GrowthBuffers;
 use super::held::Held;
-use super::source::{Kernels, loads};
+use super::part::Part;
+use super::source::loads;
 use super::states::{Poses, Shapes, States};
 use crate::gpu::function::{Argument, Member, Part as Value, parts};
 use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder};
 use crate::periodic::Periods;
 use crate::step::{Model, State, Unrounded};
-
-/// The part of a step that is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
-    /// The whole step, from its start.
-    Whole,
-    /// Its first half.
-    FirstHalf,
-    /// The whole step, with the forces, mobilities and first rows of its middle.
-    FromMiddle,
-}
-
-impl Setup {
-    /// The first part of a step.
-    pub(super) fn first_part(&self) -> Part {
-        if self.midpoint { Part::FirstHalf } else { Part::Whole }
-    }
-
-    /// The length of a part.
-    pub(super) fn length_of(&self, part: Part) -> f64 {
-        if part == Part::FirstHalf { 0.5 * self.dt } else { self.dt }
-    }
-}
 
 /// The start of a step.
 pub(super) struct Start {
@@ -77,7 +55,7 @@ impl Start {
             growth: GrowthBuffers::new(gpu, setup, &mut ancestry)?,
             groups_of: Buffer::with(gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
-            held: Held::new(gpu, &model.fixed.flags(&state.bodies))?,
+            held: Held::new(gpu, setup, &model.fixed.flags(&state.bodies))?,
             periods: setup.periods,
             lattice_periods: setup.lattice_periods,
             periods_here: setup.lattice_periods,
@@ -143,7 +121,6 @@ impl Start {
 pub(super) struct Stages<'a> {
     pub gpu: &'a Gpu,
     pub setup: &'a Setup,
-    pub kernels: &'a Kernels,
     pub states: &'a States,
     pub start: &'a Start,
 }
@@ -185,8 +162,6 @@ impl<'a> Stages<'a> {
 
     /// Records the growth of the bodies in a part of the step.
     pub fn record_growth(self, record: &mut Recorder<'_>) {
-        let Some(kernels) = &self.kernels.growth else { return };
-        let shapes = self.states.end_shapes();
-        self.start.growth.record(kernels, record, shapes, self.start.bodies);
+        self.start.growth.record(record, self.states.end_shapes(), self.start.bodies);
     }
 }

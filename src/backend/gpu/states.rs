@@ -5,7 +5,7 @@
 //! error accumulate.
 
 use super::Setup;
-use super::start::Part;
+use super::part::Part;
 use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder, arrays};
 use crate::shape::Shape;
 use crate::step::{Unrounded, UnroundedBody};

@@ -1,9 +1,9 @@
 //! Tests: small steps accumulate on the device, for positions, orientations and lengths.
 
 use super::Setup;
-use super::candidates::Lists;
-use super::narrow_phase::{OverlapsArgs, Report};
-use super::source::{Kernels, NEAR, VIOLATING, spinning};
+use super::lists::Lists;
+use super::narrow_phase::{NarrowKernels, OverlapsArgs, Report};
+use super::source::{NEAR, VIOLATING, spinning};
 use super::unrounded::split_length;
 use crate::dynamics::Spin;
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Made, Precision, Source, fragment, precisions, test_device};
@@ -239,7 +239,7 @@ fn overlaps_of_many_workgroups_are_brought_together() {
     let scene = crate::scene::Scene::built_in("two-ellipsoids").unwrap();
     for precision in precisions(gpu) {
         let setup = Setup::new(&scene.model(), &[Shape::Sphere { radius: 1.0 }], precision).unwrap();
-        let kernels = Kernels::make(gpu, &setup).unwrap();
+        let kernels = NarrowKernels::make(gpu, &setup).unwrap();
         // The last workgroup is not full. Two pairs have the deepest overlap; the first of them comes far after the
         // pair in the first workgroup that also overlaps.
         let count = 1_000u32;

@@ -1,13 +1,13 @@
 //! The implementation of the verbs.
 
 use super::Device;
-use super::motions::FreeMotion;
+use super::narrow_phase::Report;
+use super::part::Part;
 use super::row_set::RowSet;
-use super::source;
-use super::start::{Part, Stages};
+use super::start::Stages;
 use crate::dynamics::Cells;
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{GpuError, Made};
+use crate::gpu::GpuError;
 use crate::lcp::{Outcome, Stored};
 use crate::separation::separate_in;
 use crate::step::{Effect, Fault, Overlap, Passed, Phases, Take, TwoSided, Verbs, may_pass, passed};
@@ -20,10 +20,8 @@ impl Device {
         // A failed step may have left its own start behind.
         self.start.ancestry.undo();
         let pressures = self.press()?;
-        let Device { gpu, setup, kernels, states, start, solve, accepted, .. } = self;
-        if let Some(kernels) = &kernels.growth {
-            start.grow(gpu, setup, kernels, states, (accepted.bodies, &pressures))?;
-        }
+        let Device { gpu, setup, states, start, solve, accepted, .. } = self;
+        start.grow(gpu, setup, states, (accepted.bodies, &pressures))?;
         solve.compile(gpu, start.bodies)
     }
 
@@ -42,7 +40,7 @@ impl Device {
         if !self.motions.plugged.is_empty() {
             self.write_loads()?;
         }
-        let Device { gpu, setup, states, start, motions, first, narrow, kernels, .. } = self;
+        let Device { gpu, setup, states, start, motions, first, narrow, .. } = self;
         motions.write(gpu, setup, start)?;
         let candidates = &mut narrow.candidates;
         if setup.walls.move_in_time() {
@@ -56,15 +54,16 @@ impl Device {
         motions.reserve(gpu, start.bodies)?;
         let mut record = gpu.record();
         record.stage("integrate");
-        motions.record(Stages { gpu, setup, kernels, states, start }, &mut record, first);
+        let stages = Stages { gpu, setup, states, start };
+        motions.record(stages, &mut record);
+        first.record(stages, &mut record, motions);
+        motions.record_boxes(stages, &mut record, first.poses(stages));
         Ok(record.submit()?)
     }
 
     /// Writes user-defined forces.
     fn write_loads(&mut self) -> Result<(), Fault> {
-        if !std::mem::replace(&mut self.motions.takes_loads, true) {
-            self.kernels.motion = FreeMotion::make(&self.gpu, source::motion(&self.setup, true))?;
-        }
+        self.motions.take_loads(&self.gpu, &self.setup)?;
         let stages = self.stages();
         let bodies = self.download(stages.here(), stages.here_shapes())?;
         self.motions.write_loads(&self.gpu, &self.setup, &self.start, &bodies)
@@ -75,9 +74,9 @@ impl Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("integrate");
-        let (stages, Device { states, motions, rows, .. }) = (self.stages(), &*self);
-        stages.record_move(&mut record, motions, &rows.problem.velocity, states.middle());
-        stages.record_arrival(&mut record, motions, states.middle());
+        let (stages, Device { states, motions, rows, trial, .. }) = (self.stages(), &*self);
+        trial.record_move(stages, &mut record, (motions, &rows.problem.velocity), states.middle());
+        trial.record_arrival(stages, &mut record, motions, states.middle());
         states.keep_lengths(&mut record, stages.start.bodies);
         stages.record_growth(&mut record);
         record.submit()?;
@@ -87,13 +86,13 @@ impl Device {
 
     /// The pairs that tunnelled between the start and the trial.
     fn find_passed(&self) -> Result<Option<Passed>, GpuError> {
-        let Device { setup, states, start, motions, first, narrow, trial, .. } = self;
+        let Device { setup, states, start, motions, first, narrow, trial, passing, .. } = self;
         if !may_pass(trial.farthest(), setup.thinnest) {
             return Ok(None);
         }
         // In a changing cell, the cell first carries the bodies; they leave their boxes from the resulting poses.
         let from = if setup.strain.is_some() { first.poses(self.stages()) } else { states.start() };
-        if !narrow.some_may_pass(self.stages(), motions, from, trial.turned())? {
+        if !passing.some_may_pass(self.stages(), (narrow, motions), from, trial.turned())? {
             return Ok(None);
         }
         let mut bodies = self.download(states.start(), states.end_shapes())?;
@@ -111,7 +110,7 @@ impl Verbs for Device {
         self.start.begin(&self.setup, self.accepted.step);
         self.first.ahead = self.setup.leads_ahead();
         let begun = Instant::now();
-        if self.kernels.growth.is_some() {
+        if self.setup.growth.is_some() {
             self.grow()?;
             self.phases.growth += begun.elapsed();
         }
@@ -132,13 +131,14 @@ impl Verbs for Device {
         let begun = Instant::now();
         let gpu = self.gpu.clone();
         let mut found = self.separate(gpu.record(), false)?;
-        if self.first.is_led_astray(&self.setup, self.start.part, &found) {
+        let overlap = |found: &Report| f64::from(f32::from_bits(found.worst));
+        if self.first.is_led_astray(&self.setup, self.start.part, overlap(&found)) {
             self.first.ahead = false;
             self.set_motions()?;
             found = self.separate(gpu.record(), false)?;
         }
         if self.start.part != Part::FromMiddle {
-            self.first.overlap = f64::from(f32::from_bits(found.worst));
+            self.first.overlap = overlap(&found);
         }
         self.change_rows(false, |rows, record, made| {
             rows.begin(record, made)?;
@@ -150,8 +150,8 @@ impl Verbs for Device {
 
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
         let begun = Instant::now();
-        let Device { gpu, kernels, narrow, rows, solve, .. } = &mut *self;
-        let outcome = solve.solve(gpu, kernels, &mut narrow.candidates, rows, tolerance)?;
+        let Device { gpu, narrow, rows, solve, .. } = &mut *self;
+        let outcome = solve.solve(gpu, &mut narrow.candidates, rows, tolerance)?;
         self.phases.solve += begun.elapsed();
         Ok(outcome)
     }
@@ -162,9 +162,9 @@ impl Verbs for Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("integrate");
-        let (stages, Device { motions, first, rows, .. }) = (self.stages(), &*self);
-        stages.record_move(&mut record, motions, &rows.problem.velocity, &stages.states.trial);
-        stages.record_sweep(&mut record, motions, first);
+        let (stages, Device { motions, first, rows, trial, .. }) = (self.stages(), &*self);
+        trial.record_move(stages, &mut record, (motions, &rows.problem.velocity), &stages.states.trial);
+        trial.record_sweep(stages, &mut record, motions, first.poses(stages));
         self.trial.found = self.separate(record, true)?;
         self.phases.narrow_phase += begun.elapsed();
         let mut overlap = self.trial.found.overlap(&self.setup.walls);
@@ -222,12 +222,12 @@ impl Verbs for Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("integrate");
-        let (stages, Device { states, motions, narrow, rows, .. }) = (self.stages(), &*self);
-        stages.record_arrival(&mut record, motions, &states.trial);
+        let (stages, Device { states, motions, narrow, rows, trial, .. }) = (self.stages(), &*self);
+        trial.record_arrival(stages, &mut record, motions, &states.trial);
         if let Some(bonds) = &motions.bonds {
             bonds.record_breaking(stages, &mut record, &states.trial);
         }
-        rows.remember(stages.kernels, &mut record, &narrow.candidates.lists);
+        rows.remember(&mut record, &narrow.candidates.lists);
         record.submit()?;
         let Device { setup, accepted, states, start, .. } = &mut *self;
         states.accept();

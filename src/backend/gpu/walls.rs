@@ -3,12 +3,12 @@
 //! place.
 
 use super::Setup;
-use super::candidates::Lists;
-use super::near::RowInputs;
+use super::lists::Lists;
+use super::row_inputs::RowInputs;
 use super::source::{base, numbers, with_bodies, with_flags};
 use super::states::Shapes;
 use crate::broad_phase::gpu::Boxes;
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan, fragment, functions, kernels};
+use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, Scan, fragment, functions, kernels};
 use crate::separation::gpu::{add_places_to, add_surfaces_to, surface_numbers};
 use crate::walls::{AtSurface, Walls, surface_of};
 use crate::warm::Warm;
@@ -71,6 +71,7 @@ pub(super) struct Surfaces {
     /// The starts of the solver's blocks, exchanged with the starts of the pairs' rows.
     block_start: Buffer,
     scan: Scan,
+    kernels: WallKernels,
 }
 
 /// A stored pair in the device's format; `None` if the scene has no such surface or place.
@@ -108,6 +109,7 @@ impl Surfaces {
             adjacency: words("adjacency")?,
             block_start: words("block starts")?,
             scan: Scan::new(gpu)?,
+            kernels: WallKernels::make(gpu, setup)?,
         }))
     }
 
@@ -130,7 +132,6 @@ impl Surfaces {
     pub fn extend(
         &mut self,
         gpu: &Gpu,
-        kernels: &WallKernels,
         lists: &mut Lists,
         stored: &Boxes,
         shapes: &Shapes,
@@ -141,7 +142,7 @@ impl Surfaces {
         self.starts.reserve(gpu, bodies + 1)?;
         let mut record = gpu.record();
         record.stage("broad phase");
-        self.find(kernels, &mut record, (stored, shapes, &self.counts, &lists.pairs), bodies, None);
+        self.find(&mut record, (stored, shapes, &self.counts, &lists.pairs), bodies, None);
         self.scan.exclusive(&mut record, &self.counts, &self.starts, bodies)?;
         let read = record.read(&[(&self.starts, 4 * bodies..4 * bodies + 4)])?;
         let places = u64::from(bytemuck::pod_read_unaligned::<u32>(&read[0]));
@@ -153,7 +154,7 @@ impl Surfaces {
         let mut record = gpu.record();
         record.stage("broad phase");
         lists.pairs.reserve_and_keep(gpu, &mut record, pairs)?;
-        self.find(kernels, &mut record, (stored, shapes, &self.starts, &lists.pairs), bodies, Some(first));
+        self.find(&mut record, (stored, shapes, &self.starts, &lists.pairs), bodies, Some(first));
         self.adjacency_start.reserve(gpu, bodies + 1)?;
         self.adjacency.reserve(gpu, 2 * first + places)?;
         let adjoined = AdjoinArgs {
@@ -165,7 +166,7 @@ impl Surfaces {
             adjacency_start: &self.adjacency_start,
             adjacency: &self.adjacency,
         };
-        kernels.adjoin.call(&mut record, bodies + 1, adjoined);
+        self.kernels.adjoin.call(&mut record, bodies + 1, adjoined);
         record.submit()?;
         std::mem::swap(&mut lists.adjacency_start, &mut self.adjacency_start);
         std::mem::swap(&mut lists.adjacency, &mut self.adjacency);
@@ -177,7 +178,6 @@ impl Surfaces {
     /// results agree exactly.
     fn find(
         &self,
-        kernels: &WallKernels,
         record: &mut Recorder<'_>,
         (stored, shapes, list, pairs): (&Boxes, &Shapes, &Buffer, &Buffer),
         bodies: u64,
@@ -185,7 +185,7 @@ impl Surfaces {
     ) {
         let (fill, first, count, surfaces) = (first.is_some(), first.unwrap_or(0), self.count, &self.surfaces);
         let found = FindPlacesArgs { bodies, count, fill, first, stored, shapes, surfaces, list, pairs };
-        kernels.find.call(record, bodies, found);
+        self.kernels.find.call(record, bodies, found);
     }
 
     /// Exchanges the starts of the rows of each place with the blocks of a solver, and back.
@@ -195,34 +195,22 @@ impl Surfaces {
 
     /// Makes one block of the rows of all places of a body at a surface, as on the CPU: otherwise rings that lie flat
     /// need 1.7 times as many products.
-    pub fn join_places(
-        &mut self,
-        gpu: &Gpu,
-        kernels: &WallKernels,
-        lists: &Lists,
-        row_start: &Buffer,
-    ) -> Result<(), GpuError> {
+    pub fn join_places(&mut self, gpu: &Gpu, lists: &Lists, row_start: &Buffer) -> Result<(), GpuError> {
         let pairs = lists.pairs_count;
         self.block_start.reserve(gpu, pairs + 1)?;
         let mut record = gpu.record();
         record.stage("walls");
         let blocks = BlocksArgs { lists, row_start, block_start: &self.block_start };
-        kernels.blocks.call(&mut record, pairs + 1, blocks);
+        self.kernels.blocks.call(&mut record, pairs + 1, blocks);
         record.submit()
     }
 
     /// Records the separations of the places in a list.
-    pub fn separate(
-        &self,
-        kernels: &WallKernels,
-        record: &mut Recorder<'_>,
-        made: RowInputs<'_>,
-        (at_trial, violating): (bool, f32),
-    ) {
+    pub fn separate(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, (at_trial, violating): (bool, f32)) {
         let (first, surfaces) = (made.lists.body_pairs, &self.surfaces);
         let places = made.pairs() - first;
-        kernels.narrow.call(record, places, NarrowPlacesArgs { first, at_trial, violating, made, surfaces });
-        if let (Some(turn), Some(surfaces), false) = (&kernels.turn, &self.middle, at_trial) {
+        self.kernels.narrow.call(record, places, NarrowPlacesArgs { first, at_trial, violating, made, surfaces });
+        if let (Some(turn), Some(surfaces), false) = (&self.kernels.turn, &self.middle, at_trial) {
             turn.call(record, places, TurnArgs { first, made, surfaces });
         }
     }

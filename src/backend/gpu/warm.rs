@@ -3,6 +3,7 @@
 
 use super::Setup;
 use super::candidates::Candidates;
+use super::source::ONLY_DIRECTION;
 use super::walls::device_pair;
 use crate::constraint::FEATURE_OF_SURFACES;
 use crate::gpu::{Gpu, GpuError};
@@ -15,10 +16,8 @@ use std::collections::HashMap;
 /// The index of the multiplier in a pair's contact, with the paper's rows.
 const MULTIPLIER: usize = 7;
 
-/// The index of the separation, and the separation that marks a normal from which no search starts
-/// (`shaders/separation/narrow.wgsl`): larger than any real one, a power of two.
+/// The index of the separation.
 const SEPARATION: usize = 3;
-pub(super) const ONLY_DIRECTION: f64 = (1_u128 << 120) as f64;
 
 impl Candidates {
     /// Writes the values stored by an earlier run into the pairs of the first list.

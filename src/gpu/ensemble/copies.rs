@@ -5,10 +5,10 @@
 //! members are independent.
 
 use super::pipeline::{ALIGNMENT, part};
-use super::round::Tables;
+use super::tables::Tables;
 use super::work::Work;
-use crate::gpu::device::lock;
 use crate::gpu::kernel::{pipeline, validate};
+use crate::gpu::lock::lock;
 use crate::gpu::{Gpu, GpuError, Precision, Source, fragment};
 use std::sync::Mutex;
 

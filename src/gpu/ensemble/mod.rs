@@ -17,6 +17,7 @@ mod merge;
 mod order;
 mod pipeline;
 mod round;
+mod tables;
 mod work;
 
 #[cfg(test)]
@@ -24,11 +25,11 @@ pub(super) use merge::merged;
 pub(super) use pipeline::Pipeline;
 pub(super) use work::{Dispatch, Work};
 
-use super::device::lock;
 use super::kernel_cache::KernelCache;
+use super::lock::lock;
 use super::{Gpu, GpuError};
 use arena::Arena;
-use round::Tables;
+use round::Buffers;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -127,7 +128,7 @@ impl Ensemble {
     /// # Errors
     /// [`GpuError::OutOfMemory`], or the fault that the device reported.
     pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
-        let (arena, tables) = (Mutex::new(Arena::new(&gpu)?), Tables::new(&gpu)?);
+        let (arena, tables) = (Mutex::new(Arena::new(&gpu)?), Buffers::new(&gpu)?);
         let board = Board { seats: BTreeMap::new(), changed: Instant::now(), closing: false, ended: false };
         let core = Arc::new(Core {
             gpu,
@@ -210,7 +211,7 @@ impl Drop for Ends<'_> {
 
 impl Core {
     /// Serves members, round after round, until the ensemble has been dropped and the last member has left.
-    fn conduct(&self, mut tables: Tables) {
+    fn conduct(&self, mut tables: Buffers) {
         let _ends = Ends(self);
         let mut idle = Instant::now();
         while let Some((ids, requests)) = self.next_round() {

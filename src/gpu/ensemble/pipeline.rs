@@ -1,8 +1,8 @@
 //! A compiled merged kernel and its bindings.
 
 use super::merge::{self, HEAD};
-use super::round::Tables;
-use crate::gpu::device::lock;
+use super::tables::Tables;
+use crate::gpu::lock::lock;
 use crate::gpu::{Gpu, GpuError};
 use std::sync::Mutex;
 

@@ -4,82 +4,22 @@ use super::arena::Arena;
 use super::copies::{self, Copies};
 use super::order::{Together, ordered};
 use super::pipeline::{ALIGNMENT, MOST_TOGETHER, Pipeline};
+use super::tables::Tables;
 use super::work::{Dispatch, Request, Work};
 use crate::gpu::pending::INVOCATIONS;
 use crate::gpu::{Gpu, GpuError};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A buffer that the host fills again in each round.
-pub(super) struct Table {
-    label: &'static str,
-    usage: wgpu::BufferUsages,
-    raw: wgpu::Buffer,
-    version: u64,
-}
-
-/// Bytes of a new table.
-const FIRST_BYTES: u64 = 1 << 16;
-
-impl Table {
-    fn new(gpu: &Gpu, label: &'static str, usage: wgpu::BufferUsages) -> Result<Self, GpuError> {
-        let raw = Table::buffer(gpu, label, usage, FIRST_BYTES)?;
-        Ok(Table { label, usage, raw, version: 0 })
-    }
-
-    fn buffer(gpu: &Gpu, label: &'static str, usage: wgpu::BufferUsages, size: u64) -> Result<wgpu::Buffer, GpuError> {
-        let usage =
-            usage | if usage.contains(wgpu::BufferUsages::MAP_READ) { usage } else { wgpu::BufferUsages::COPY_DST };
-        let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
-        gpu.scoped(label, || gpu.device.create_buffer(&descriptor))
-    }
-
-    pub fn raw(&self) -> &wgpu::Buffer {
-        &self.raw
-    }
-
-    pub fn version(&self) -> u64 {
-        self.version
-    }
-
-    fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
-        if bytes > self.raw.size() {
-            self.raw = Table::buffer(gpu, self.label, self.usage, bytes.next_power_of_two())?;
-            self.version += 1;
-        }
-        Ok(())
-    }
-}
-
-/// The tables of an ensemble.
-pub(super) struct Tables {
-    /// The members' rows of each dispatch.
-    pub rows: Table,
-    /// The parameters of each dispatch.
-    pub parameters: Table,
-    /// The bytes that members write.
-    upload: Table,
-    /// An intermediate buffer for copies: a buffer cannot be copied to itself.
-    scratch: Table,
-    /// The bytes that members read.
-    staging: Table,
-    /// The writes, copies and clears that a kernel executes.
-    pub pieces: Table,
+/// The tables of an ensemble, and the kernel of its short copies.
+pub(super) struct Buffers {
+    tables: Tables,
     copies: Copies,
 }
 
-impl Tables {
+impl Buffers {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let table = |label, usage| Table::new(gpu, label, usage);
-        Ok(Tables {
-            rows: table("members", wgpu::BufferUsages::STORAGE)?,
-            parameters: table("members' parameters", wgpu::BufferUsages::STORAGE)?,
-            upload: table("members' writes", wgpu::BufferUsages::COPY_SRC)?,
-            scratch: table("members' copies", wgpu::BufferUsages::COPY_SRC)?,
-            staging: table("members' read-back", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST)?,
-            pieces: table("members' pieces", wgpu::BufferUsages::STORAGE)?,
-            copies: Copies::new(gpu)?,
-        })
+        Ok(Buffers { tables: Tables::new(gpu)?, copies: Copies::new(gpu)? })
     }
 }
 
@@ -143,7 +83,7 @@ pub(super) type Answers = Vec<Vec<Vec<u8>>>;
 pub(super) fn run(
     gpu: &Gpu,
     arena: &std::sync::Mutex<Arena>,
-    tables: &mut Tables,
+    Buffers { tables, copies }: &mut Buffers,
     requests: Vec<Request>,
 ) -> Result<(Answers, Done), GpuError> {
     let (lists, reads): (Vec<_>, Vec<_>) = requests.into_iter().map(|request| (request.work, request.read)).unzip();
@@ -166,16 +106,16 @@ pub(super) fn run(
         (&tables.pieces, bytemuck::cast_slice(&recording.pieces)),
     ] {
         if !bytes.is_empty() {
-            gpu.queue.write_buffer(&table.raw, 0, bytes);
+            gpu.queue.write_buffer(table.raw(), 0, bytes);
         }
     }
     let done = Done { dispatches: recording.dispatches, asked };
-    submit(gpu, arena, tables, recording, &reads);
+    submit(gpu, arena, (tables, copies), recording, &reads);
     gpu.wait_for_submissions()?;
     if total == 0 {
         return Ok((reads.iter().map(|ranges| vec![Vec::new(); ranges.len()]).collect(), done));
     }
-    let staging = &tables.staging.raw;
+    let staging = tables.staging.raw();
     staging.map_async(wgpu::MapMode::Read, 0..total, |_| {});
     gpu.wait_for_submissions()?;
     let refused = |e: wgpu::MapRangeError| GpuError::Refused { message: e.to_string() };
@@ -283,12 +223,12 @@ impl Recording {
 fn submit(
     gpu: &Gpu,
     arena: &std::sync::Mutex<Arena>,
-    tables: &Tables,
+    (tables, copies): (&Tables, &Copies),
     recording: Recording,
     reads: &[Vec<Range<u64>>],
 ) {
     // While work that uses the arena is recorded, no other thread may move the arena or write to it.
-    let mut arena = crate::gpu::device::lock(arena);
+    let mut arena = crate::gpu::lock::lock(arena);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass: Option<wgpu::ComputePass<'static>> = None;
     let mut invocations = 0;
@@ -308,7 +248,7 @@ fn submit(
                 let pass =
                     pass.get_or_insert_with(|| encoder.begin_compute_pass(&Default::default()).forget_lifetime());
                 let bound = ((&arena.raw, arena.version), tables);
-                tables.copies.record(gpu, pass, bound, (offset, members));
+                copies.record(gpu, pass, bound, (offset, members));
             }
             other => {
                 pass = None;
@@ -324,7 +264,7 @@ fn submit(
     drop(pass);
     let mut at = 0;
     for range in reads.iter().flatten().filter(|range| !range.is_empty()) {
-        encoder.copy_buffer_to_buffer(&arena.raw, range.start, &tables.staging.raw, at, size(range));
+        encoder.copy_buffer_to_buffer(&arena.raw, range.start, tables.staging.raw(), at, size(range));
         at += size(range);
     }
     gpu.submitted(gpu.queue.submit([encoder.finish()]));
@@ -334,11 +274,11 @@ fn submit(
 fn record_copy(encoder: &mut wgpu::CommandEncoder, arena: &wgpu::Buffer, tables: &Tables, action: &Action) {
     match action {
         Action::Write { from, to, bytes } => {
-            encoder.copy_buffer_to_buffer(&tables.upload.raw, *from, arena, *to, *bytes);
+            encoder.copy_buffer_to_buffer(tables.upload.raw(), *from, arena, *to, *bytes);
         }
         Action::Copy { from, to, bytes } => {
-            encoder.copy_buffer_to_buffer(arena, *from, &tables.scratch.raw, 0, *bytes);
-            encoder.copy_buffer_to_buffer(&tables.scratch.raw, 0, arena, *to, *bytes);
+            encoder.copy_buffer_to_buffer(arena, *from, tables.scratch.raw(), 0, *bytes);
+            encoder.copy_buffer_to_buffer(tables.scratch.raw(), 0, arena, *to, *bytes);
         }
         Action::Clear(range) => encoder.clear_buffer(arena, range.start, Some(range.end - range.start)),
         Action::Dispatch { .. } | Action::Pieces { .. } => {}

@@ -1,6 +1,6 @@
 //! The kernels of one solver, assembled for a number type, a dimension and a solver kind.
 
-use super::layout::{GRID_WORDS, HALT, LOOKS, NUMBERS, Parameters, REDUCTIONS, Slots};
+use super::layout::{GRID_WORDS, HALT, LOOKS, MOST_EXACT, NUMBERS, Parameters, REDUCTIONS, Slots, Variant};
 use super::memory::Memory;
 use super::number::{Operation, RING};
 use super::problem::DeviceProblem;
@@ -26,9 +26,6 @@ const _: () = assert!(SMALL_WORKGROUP_ON_SOFTWARE >= REDUCTIONS);
 const REGULARIZATION: f64 = 1e-6;
 const ROUNDINGS: f64 = 32.0;
 
-/// The largest number of rows of a pair whose small problem is solved exactly.
-pub(super) const MOST_EXACT: u32 = 8;
-
 /// The instruction on pairs at an offset of the program.
 const RUN_BLOCK: &str = "fn run_block(place: u32, pairs: u32, local: u32) {
     let i = instruction(place);
@@ -38,16 +35,6 @@ const RUN_BLOCK: &str = "fn run_block(place: u32, pairs: u32, local: u32) {
 
 /// An invocation processes two rows of a cluster.
 const _: () = assert!(MOST_ROWS == 2 * WORKGROUP as usize);
-
-/// The properties on which the sources depend.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Variant {
-    pub precision: Precision,
-    pub planar: bool,
-    pub slots: Slots,
-    /// Invocations of the workgroup that solves a small problem.
-    pub small_workgroup: u32,
-}
 
 functions! {
     /// A kernel of a solver. It uses only some of these arguments.

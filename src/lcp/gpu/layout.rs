@@ -7,6 +7,14 @@ use crate::lcp::SolverKind;
 /// The largest number of sums that one stage computes.
 pub(super) const REDUCTIONS: u32 = 8;
 
+/// The largest number of rows of a pair whose small problem is solved exactly.
+pub(super) const MOST_EXACT: u32 = 8;
+
+/// The largest number of workgroups of a stage; with more rows, invocations process several rows. Each workgroup
+/// reduces the partial sums of all, so a very large number costs more than it gains. On lavapipe 2 to 64 cost the same
+/// within the noise at 2,900 rows; others were not measured on hardware.
+pub(super) const MOST_GROUPS: u64 = 512;
+
 /// The largest number of constants of a tape.
 pub(super) const CONSTANTS: u32 = 32;
 
@@ -49,6 +57,16 @@ pub(super) struct Slots {
     pub clusters: bool,
     /// The first offset that a method may use.
     pub free: u32,
+}
+
+/// The properties on which the sources depend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Variant {
+    pub precision: Precision,
+    pub planar: bool,
+    pub slots: Slots,
+    /// Invocations of the workgroup that solves a small problem.
+    pub small_workgroup: u32,
 }
 
 /// The offsets of two of them, the same for all solvers.

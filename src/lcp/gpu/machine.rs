@@ -5,8 +5,8 @@
 //! once.
 
 use super::clusters::Tables;
-use super::kernels::{Kernels, Variant};
-use super::layout::{DIAGONAL, FIRST_CONSTANT, HALT, Slots};
+use super::kernels::Kernels;
+use super::layout::{DIAGONAL, FIRST_CONSTANT, HALT, MOST_GROUPS, Slots, Variant};
 use super::memory::Memory;
 use super::number::Operation;
 use super::problem::DeviceProblem;
@@ -17,11 +17,6 @@ use super::stage::{Action, Bodies, Product, Rows, Segment, Stage, Work};
 use super::straight::{self, Part};
 use crate::gpu::{Gpu, GpuError, Precision, WORKGROUP};
 use std::ops::Range;
-
-/// The largest number of workgroups of a stage; with more rows, invocations process several rows. Each workgroup
-/// reduces the partial sums of all, so a very large number costs more than it gains. On lavapipe 2 to 64 cost the same
-/// within the noise at 2,900 rows; others were not measured on hardware.
-pub(super) const MOST_GROUPS: u64 = 512;
 
 /// The largest number of rows or bodies of a problem that one workgroup solves, unless set otherwise. Pairs of eight
 /// rows may need 60,000 rounds for a pass over this many rows, and drivers before Mesa 23 end loops after 65,535. On

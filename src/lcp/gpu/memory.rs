@@ -1,8 +1,6 @@
 //! The buffers of a machine, by their names in kernels.
 
-use super::kernels::{MOST_EXACT, Variant};
-use super::layout::{GRID_WORDS, NUMBERS, REDUCTIONS};
-use super::machine::MOST_GROUPS;
+use super::layout::{GRID_WORDS, MOST_EXACT, MOST_GROUPS, NUMBERS, REDUCTIONS, Variant};
 use super::problem::DeviceProblem;
 use super::straight::ELEMENT_WORDS;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays};

@@ -1,7 +1,6 @@
 //! The common entry point to the solvers on the device.
 
-use super::kernels::Variant;
-use super::layout::{LOOKS, Slots};
+use super::layout::{LOOKS, Slots, Variant};
 use super::machine::Machine;
 use super::problem::DeviceProblem;
 use super::verbs::Device;

@@ -7,8 +7,7 @@ mod stages;
 mod verbs;
 
 use super::DeviceProblem;
-use super::kernels::Variant;
-use super::layout::Slots;
+use super::layout::{Slots, Variant};
 use super::machine::Machine;
 use crate::gpu::{Buffer, Gpu, Precision};
 use crate::lcp::{Problem, SolverKind, pair_blocks};

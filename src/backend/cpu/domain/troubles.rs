@@ -1,7 +1,8 @@
 //! Reductions over processes: faults, overlaps and the effect of contact.
 
 use super::Domain;
-use crate::backend::cpu::team::{Trouble, Worst};
+use crate::backend::cpu::team::Worst;
+use crate::backend::cpu::trouble::Trouble;
 use crate::step::{Effect, Overlap};
 use crate::walls::{Walls, surface_of};
 

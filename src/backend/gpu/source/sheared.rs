@@ -5,7 +5,7 @@ use crate::backend::gpu::Setup;
 use crate::gpu::{Source, fragment};
 
 /// The kernel for the poses to which the flow of a changing cell leads bodies.
-pub(super) fn carried(setup: &Setup) -> Source {
+pub(in crate::backend::gpu) fn carried(setup: &Setup) -> Source {
     let source = base(setup, "carried").include(fragment!("dynamics/carried.wgsl"));
     let Some(shear) = setup.shear() else { return source };
     let strained = "parameters.strain * position";

@@ -1,7 +1,20 @@
 //! Tests: every kernel of every kind of scene is valid, and host and device use the same layout for shared data.
 
 use super::*;
-use crate::backend::gpu::narrow_phase::Report;
+use crate::backend::gpu::bonds::BondKernels;
+use crate::backend::gpu::branches::BranchKernels;
+use crate::backend::gpu::candidates::CandidateKernels;
+use crate::backend::gpu::effect::EffectKernels;
+use crate::backend::gpu::first::FirstKernels;
+use crate::backend::gpu::growing::GrowthKernels;
+use crate::backend::gpu::heat::{self, RandomLoads};
+use crate::backend::gpu::held::HeldKernels;
+use crate::backend::gpu::motions::{FreeMotion, MotionKernels};
+use crate::backend::gpu::narrow_phase::{NarrowKernels, Report};
+use crate::backend::gpu::passing::PassingKernels;
+use crate::backend::gpu::row_set::{MiddleRowKernels, PaperKernels, RowKernels};
+use crate::backend::gpu::trial::TrialKernels;
+use crate::backend::gpu::walls::WallKernels;
 use crate::dynamics::{Bond, Bonds, Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
 use crate::periodic::{Axis, CellShear};
@@ -24,8 +37,7 @@ fn setups() -> Vec<Setup> {
         for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
             (scene.dynamics, scene.contact.rows) = (dynamics, rows);
             let heat = Some(Heat { thermal: Thermal::new(0.5), seed: 3 << 40, dynamics, planar: scene.planar });
-            let held =
-                |p| Setup { fixed: true, heat, bonds: bonds(), ..Setup::new(&scene.model(), &shapes, p).unwrap() };
+            let held = |p| Setup { heat, bonds: bonds(), ..Setup::new(&scene.model(), &shapes, p).unwrap() };
             setups.extend([Precision::F32, Precision::F64].map(held));
         }
         carry(&mut scene);
@@ -120,8 +132,52 @@ fn bonds() -> Bonds {
     Bonds::new(&[bond], |body| body as u64)
 }
 
-fn of_middle(setup: &Setup) -> Vec<Source> {
-    <Option<MidpointKernels>>::sources(setup.midpoint.then_some(setup))
+/// Declares [`every_source`] and the names of the tables that it lists.
+macro_rules! every_source {
+    ($setup:ident: $($Table:ident = $from:expr),* $(,)?) => {
+        const LISTED: &[&str] = &[$(stringify!($Table)),*];
+
+        /// The sources of all kernels of a scene.
+        fn every_source($setup: &Setup) -> Vec<Source> {
+            [$(<Option<$Table>>::sources($from)),*].concat()
+        }
+    };
+}
+
+every_source! { setup:
+    MotionKernels = Some(setup),
+    FreeMotion = Some(motion(setup, true)),
+    FirstKernels = Some(setup),
+    CandidateKernels = Some(setup),
+    NarrowKernels = Some(setup),
+    RowKernels = Some(setup),
+    TrialKernels = Some(setup),
+    EffectKernels = Some(setup),
+    PassingKernels = Some(setup),
+    RandomLoads = heat::source(setup),
+    GrowthKernels = setup.growth.is_some().then_some(setup),
+    WallKernels = (!setup.walls.is_empty()).then_some(setup),
+    BondKernels = (!setup.bonds.is_empty()).then_some(setup),
+    HeldKernels = Some(setup),
+    BranchKernels = (setup.branches > 0).then_some(setup),
+}
+
+/// Tables within others.
+const WITHIN: [&str; 2] = ["PaperKernels", "MiddleRowKernels"];
+
+#[test]
+fn every_table_of_kernels_is_tested() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/backend/gpu");
+    let mut found = 0;
+    for file in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file()) {
+        let text = std::fs::read_to_string(file).unwrap();
+        for table in text.split("kernels! {").skip(1).filter_map(|rest| rest.split("struct ").nth(1)) {
+            let name = table.split_whitespace().next().unwrap();
+            assert!(LISTED.contains(&name) || WITHIN.contains(&name), "{name} is not in `every_source`");
+            found += 1;
+        }
+    }
+    assert_eq!(found, LISTED.len() + WITHIN.len() - 2, "two of those listed are single kernels");
 }
 
 fn of_branches(setup: &Setup) -> Vec<Source> {
@@ -133,19 +189,16 @@ fn a_middle_has_the_kernels_that_its_scene_needs() {
     let mut seen = [0; 4];
     for setup in setups().into_iter().filter(|setup| setup.midpoint) {
         let (inertia, grows) = (usize::from(setup.inertia()), usize::from(setup.growth.is_some()));
-        if setup.branches == 0 {
-            assert_eq!(of_middle(&setup).len(), 2 + inertia + grows);
-        } else {
-            assert_eq!(of_middle(&setup).len(), inertia);
-            assert_eq!(of_branches(&setup).len(), 11 + grows);
+        assert_eq!(MotionKernels::sources(&setup).len(), 2 + inertia);
+        let of_paper = [PaperKernels::sources(&setup).len(), MiddleRowKernels::sources(&setup).len(), grows];
+        let more = if setup.branches == 0 { of_paper.iter().sum() } else { 0 };
+        assert_eq!(RowKernels::sources(&setup).len(), 6 + more);
+        if setup.branches > 0 {
+            assert_eq!(of_branches(&setup).len(), 10 + grows);
         }
         seen[usize::from(setup.inertia()) + 2 * usize::from(setup.growth.is_some())] += 1;
     }
     assert!(seen.iter().all(|n| *n > 0), "{seen:?}");
-}
-
-fn every_source(setup: &Setup) -> Vec<Source> {
-    Kernels::sources(setup).into_iter().chain(FreeMotion::sources(motion(setup, true))).collect()
 }
 
 #[test]
@@ -193,7 +246,7 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
 #[test]
 fn the_report_is_laid_out_as_in_wgsl() {
     let setup = setups().remove(0);
-    let inside = Kernels::sources(&setup).into_iter().find(|s| s.name() == "inside").unwrap();
+    let inside = CandidateKernels::sources(&setup).into_iter().find(|s| s.name() == "inside").unwrap();
     let module = validate(&inside).unwrap();
     let mut layouter = naga::proc::Layouter::default();
     layouter.update(module.to_ctx()).unwrap();
