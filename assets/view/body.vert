@@ -6,14 +6,16 @@ precision highp int;
 layout(location = 0) in vec3 place;  // the centre, from the run's middle
 layout(location = 1) in vec4 turn;   // x, y, z, w: from body axes to space
 layout(location = 2) in vec4 shape;  // the kind, and its three numbers
-layout(location = 3) in float part;  // the place on the scale of colours; below zero: none
+layout(location = 3) in float part;  // the place on the scale of colours; below zero: none; below -1.5: hidden
 
 uniform mat3 axes;       // right, up and toward, as columns
 uniform vec3 middle;     // what stands in the middle of the picture
 uniform vec2 half_size;  // lengths from the middle of the picture to its right and upper edge
 uniform float depth;     // all bodies are nearer to the middle than this, along the line of sight
 uniform float pixels;    // pixels to a length of one
-uniform int colour;      // 0 by the scale, 1 by the orientation, 2 plain
+uniform int colour;      // 0 by the scale, 1 by the orientation, 2 plain, 3 by a hue of the body's own
+uniform float distance_; // of the eye from the middle of the picture; 0: a parallel projection
+uniform vec4 cut;        // bodies whose centres are beyond this plane are hidden: its normal, its offset
 
 flat out vec3 right;
 flat out vec3 up;
@@ -62,6 +64,7 @@ vec3 oklab() {
         int below = min(int(way), 3);
         return mix(RAMP[below], RAMP[below + 1], way - float(below));
     }
+    if (colour == 3 && part >= 0.0) return vec3(0.74, 0.125 * cos(6.2831853 * part), 0.125 * sin(6.2831853 * part));
     vec3 axis = own_axis();
     if (colour != 1 || axis == vec3(0.0)) return PLAIN;
     axis = to_space(turn, axis);
@@ -104,6 +107,12 @@ void main() {
     up = to_space(back, axes[1]);
     toward = to_space(back, axes[2]);
     vec3 seen = (place - middle) * axes;
+    if (part < -1.5 || dot(cut.xyz, place) > cut.w || (distance_ > 0.0 && seen.z > 0.9 * distance_)) {
+        gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+        return;
+    }
+    // A body is as large as its centre's distance makes it; it is not drawn in perspective itself.
+    float larger = distance_ > 0.0 ? distance_ / (distance_ - seen.z) : 1.0;
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
     if (shape.x == SEGMENT) {
         // Along the axis as it is seen: a rectangle across would be mostly empty.
@@ -115,12 +124,12 @@ void main() {
         offset = corner * vec2(reach(right), reach(up));
     }
     // Half a pixel more, so that no ray at the edge is lost to rounding.
-    offset += sign(offset) * 0.5 / pixels;
+    offset += sign(offset) * 0.5 / (pixels * larger);
     height = seen.z;
     // In units of the body's size sums and products keep their digits.
     unit = shape.x == SEGMENT || shape.x == CIRCLE ? shape.y + shape.z : max(shape.y, max(shape.z, shape.w));
     body = vec4(shape.x, shape.yzw / unit);
-    label = uvec2(uint(gl_InstanceID), packed_colour(linear(oklab())) | outline(thickness() * pixels) << 24);
+    label = uvec2(uint(gl_InstanceID), packed_colour(linear(oklab())) | outline(thickness() * pixels * larger) << 24);
     front = 0.5 - (height + reach(toward)) / (2.0 * depth);
-    gl_Position = vec4((seen.xy + offset) / half_size, 2.0 * front - 1.0, 1.0);
+    gl_Position = vec4((seen.xy + offset) * larger / half_size, 2.0 * front - 1.0, 1.0);
 }

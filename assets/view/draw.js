@@ -12,6 +12,10 @@ const SHADOW_FROM = 1.5;
 const SHADOW_SIDE = 2048;
 /** Beyond so many bodies a picture in motion has no shadows. */
 const SHADOWS_IN_MOTION = 20000;
+/** How far the eye of a perspective is, in halves of the picture's longer side. */
+const EYE = 4;
+/** How much of the farthest is lost in haze, where that is on. */
+const HAZE = 0.75;
 /** Where the main light comes from, along right, up and toward. */
 const KEY_LIGHT = unit([-0.46, 0.60, 0.655]);
 
@@ -29,6 +33,7 @@ class Painter {
     this.bodies = program(gl, SHADERS["body.vert"], body);
     this.shade = program(gl, SHADERS["shade.vert"], SHADERS["shade.frag"]);
     this.line = program(gl, SHADERS["line.vert"], SHADERS["line.frag"]);
+    this.surface = program(gl, SHADERS["surface.vert"], SHADERS["surface.frag"]);
     this.buffers = ["place", "turn", "shape", "part"].map(() => gl.createBuffer());
     this.attributes = gl.createVertexArray();
     gl.bindVertexArray(this.attributes);
@@ -38,6 +43,14 @@ class Painter {
     gl.bindVertexArray(this.lines);
     this.attribute(0, this.ends, 3, 24, 0);
     this.attribute(1, this.ends, 3, 24, 12);
+    this.surfaces = gl.createVertexArray();
+    this.corners = gl.createBuffer();
+    gl.bindVertexArray(this.surfaces);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
+    [0, 1].forEach((at) => {
+      gl.enableVertexAttribArray(at);
+      gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 24, 12 * at);
+    });
     this.empty = gl.createVertexArray();
     this.shadow = this.target(SHADOW_SIDE, SHADOW_SIDE, false);
     this.shadowOf = null;
@@ -100,6 +113,8 @@ class Painter {
 
   /** The place of each body on the scale of colours; below zero where it has none. */
   setParts(parts) {
+    // What is hidden casts no shadow.
+    this.shadowOf = null;
     this.fill(this.buffers[3], parts);
   }
 
@@ -108,7 +123,7 @@ class Painter {
     this.gl.bufferData(this.gl.ARRAY_BUFFER, values, this.gl.DYNAMIC_DRAW);
   }
 
-  /** Draws; `look` has camera, colour, planar, paper, accent, picked and lines; `fine` is with two rays along a pixel's side. */
+  /** Draws; `look` has camera, colour, planar, paper, accent, picked, lines, surfaces, cut, perspective and haze; `fine` is with two rays along a pixel's side. */
   draw(look, fine) {
     const { gl, canvas } = this;
     const [width, height] = [canvas.width, canvas.height];
@@ -123,13 +138,16 @@ class Painter {
     const ratio = canvas.width / canvas.clientWidth;
     const view = {
       axes: camera.axes, middle: camera.middle, pixels: camera.scale * ratio,
-      half: [width / (2 * camera.scale * ratio), height / (2 * camera.scale * ratio)], far: this.far + Math.hypot(...camera.middle),
+      half: [width / (2 * camera.scale * ratio), height / (2 * camera.scale * ratio)], far: this.far + Math.hypot(...camera.middle), cut: look.cut ?? [0, 0, 0, 1],
     };
+    view.distance = look.perspective && !look.planar ? EYE * Math.max(...view.half) : 0;
+    this.distance = view.distance;
     const shadows = look.shadows && !look.planar && this.thickness * view.pixels >= SHADOW_FROM && this.count > 0
       && (fine || this.count <= SHADOWS_IN_MOTION);
-    if (shadows) this.castShadow(camera.axes);
+    if (shadows) this.castShadow(camera.axes, view.cut);
     this.cast(this.numbers, view, look.colour);
     this.light(view, look, shadows);
+    this.drawSurfaces(view, look.surfaces, shadows);
     for (const lines of look.lines) this.drawLines(view, lines);
   }
 
@@ -147,6 +165,7 @@ class Painter {
     gl.uniform1f(places.depth, 1.01 * view.far);
     gl.uniform1f(places.pixels, view.pixels);
     gl.uniform1i(places.colour, colour);
+    gl.uniform4fv(places.cut, view.cut);
     gl.bindVertexArray(this.attributes);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.count);
     gl.disable(gl.DEPTH_TEST);
@@ -156,11 +175,12 @@ class Painter {
     this.gl.uniformMatrix3fv(places.axes, false, view.axes.flat());
     this.gl.uniform3fv(places.middle, view.middle);
     this.gl.uniform2fv(places.half_size, view.half);
+    this.gl.uniform1f(places.distance_, view.distance);
   }
 
   /** The bodies as the main light sees them, which comes from over the viewer's left shoulder. */
-  castShadow(axes) {
-    const key = JSON.stringify(axes);
+  castShadow(axes, cut) {
+    const key = JSON.stringify([axes, cut]);
     if (this.shadowOf === key) return;
     this.shadowOf = key;
     const toward = unit([0, 1, 2].map((k) => KEY_LIGHT[0] * axes[0][k] + KEY_LIGHT[1] * axes[1][k] + KEY_LIGHT[2] * axes[2][k]));
@@ -170,7 +190,7 @@ class Painter {
     const middle = low.map((x, k) => (x + high[k]) / 2);
     const half = 1.02 * Math.max(high[0] - low[0], high[1] - low[1]) / 2;
     const space = [0, 1, 2].map((k) => middle[0] * light[0][k] + middle[1] * light[1][k] + middle[2] * light[2][k]);
-    const view = { axes: light, middle: space, half: [half, half], pixels: SHADOW_SIDE / (2 * half), far: this.far + Math.hypot(...space) };
+    const view = { axes: light, middle: space, half: [half, half], pixels: SHADOW_SIDE / (2 * half), far: this.far + Math.hypot(...space), cut, distance: 0 };
     this.light_view = view;
     this.cast(this.shadow, view, 2);
   }
@@ -189,6 +209,15 @@ class Painter {
     gl.uniform3fv(places.paper, look.paper);
     gl.uniform3fv(places.accent, look.accent);
     gl.uniform1i(places.picked, look.picked + 1);
+    gl.uniform1f(places.distance_, view.distance);
+    gl.uniform3fv(places.haze, look.haze ? [HAZE, this.far / 2, 1 / (1.5 * this.far || 1)] : [0, 0, 1]);
+    this.placeLight(places, view, shadows);
+    gl.bindVertexArray(this.empty);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  placeLight(places, view, shadows) {
+    const { gl } = this;
     gl.uniform1i(places.shadows, shadows ? 1 : 0);
     if (shadows) {
       const it = this.light_view;
@@ -198,8 +227,25 @@ class Painter {
       gl.uniform3fv(places.light_scale, [it.half[0], it.half[1], 1.01 * it.far]);
       gl.uniform1f(places.softness, Math.max(SOFTNESS * this.thickness * it.pixels, LEAST_SOFTNESS));
     }
-    gl.bindVertexArray(this.empty);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /** Triangles: corners with their normals as six numbers each, and their ink. */
+  drawSurfaces(view, { corners, ink }, shadows) {
+    if (!corners.length) return;
+    const { gl } = this;
+    const { places } = use(gl, this.surface);
+    this.fill(this.corners, Float32Array.from(corners));
+    this.placeCamera(places, view);
+    this.bind(0, this.numbers.met, places.met);
+    this.bind(1, this.shadow.depth, places.shadow);
+    gl.uniform1i(places.samples, this.samples);
+    gl.uniform3fv(places.ink, ink);
+    this.placeLight(places, view, shadows);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.bindVertexArray(this.surfaces);
+    gl.drawArrays(gl.TRIANGLES, 0, corners.length / 6);
+    gl.disable(gl.BLEND);
   }
 
   bind(unit, texture, place) {
@@ -229,14 +275,23 @@ class Painter {
     gl.disable(gl.BLEND);
   }
 
+  /** The height of what is seen at a place of the page, towards the viewer from the picture's middle; 0 of nothing. */
+  heightAt(x, y) {
+    return new Float32Array(this.metAt(x, y).buffer)[1];
+  }
+
   /** The row of the body that is seen at a place of the page, from the canvas's top left; -1 where there is none. */
   bodyAt(x, y) {
+    return this.metAt(x, y)[0] - 1;
+  }
+
+  metAt(x, y) {
     const { gl, numbers, samples } = this;
     const ratio = this.canvas.width / this.canvas.clientWidth * samples;
     const read = new Uint32Array(4);
     gl.bindFramebuffer(gl.FRAMEBUFFER, numbers.frame);
     gl.readPixels(Math.floor(x * ratio), numbers.height - 1 - Math.floor(y * ratio), 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, read);
-    return read[0] - 1;
+    return read;
   }
 }
 

@@ -116,6 +116,7 @@ class Live {
     byId("measures").querySelector("h2").textContent = "Steps so far";
     byId("speed").value = 10;
     this.viewer.more_keys = { p: () => this.playOrPause(), n: () => this.control({ do: "step" }) };
+    this.hands = new Hands(this);
     const keys = [["P", "let the run play, or pause"], ["N", "one step of the run"]];
     byId("key-table").prepend(...keys.map(([key, what]) => made("tr", null, [made("td", null, [made("kbd", key)]), made("td", what)])));
   }
@@ -126,12 +127,16 @@ class Live {
     while (this.status.phase !== "ended" || this.behind) {
       if (document.hidden) await new Promise((go) => document.addEventListener("visibilitychange", go, { once: true }));
       try {
-        const told = await news(this.step, this.status.version);
+        // After a change the present state may have other bodies.
+        const again = this.again && this.status.phase !== "ended";
+        this.again = false;
+        const told = await news(again ? null : this.step, this.status.version);
         failures = 0;
         this.behind = false;
         if (told.state) this.add(told.state);
         this.addPoints(told.points);
         if (told.status.version !== this.status.version) {
+          this.again = told.status.changes !== this.status.changes && !told.state;
           this.status = told.status;
           this.readKeys();
         }
@@ -154,6 +159,10 @@ class Live {
     const follows = viewer.at === run.states.length - 1 && !viewer.playing;
     const rows = mergeTable(run.table, table);
     state.list = state.list.map((row) => rows[row]);
+    if (state.step === this.step) {
+      run.states.pop();
+      run.header.states.pop();
+    }
     const about = { ...header.states[0], own_walls: header.walls };
     run.states.push(state);
     run.header.states.push(about);
@@ -240,7 +249,7 @@ class Live {
         steps[name] = halved;
       }
     }
-    byId("measures").hidden = false;
+    byId("measures").hidden = byId("plot").hidden = false;
     byId("plot-note").textContent = steps.note;
     this.viewer.replot();
   }
@@ -252,6 +261,7 @@ class Live {
     const over = phase === "ended" || phase === "saving";
     this.toggle.textContent = playing ? "Pause" : "Play";
     for (const control of [this.toggle, this.one, this.finish, this.rate]) control.disabled = over;
+    this.hands.tell();
     const rate = RATES.findIndex(([, value]) => value === steps_a_second);
     if (document.activeElement !== this.rate) this.rate.value = rate;
     const time = shown(states[states.length - 1].time, 6);
@@ -361,6 +371,7 @@ async function startLive() {
     for (let version = 0; !first?.state; version = first.status.version) first = await news(null, version);
     const { header, table, state } = first.state;
     header.states[0].own_walls = header.walls;
+    header.live = true;
     return { header, table, states: [state] };
   });
   window.live = new Live(window.viewer, first);

@@ -5,7 +5,8 @@ const KEYS = [
   ["Space", "play, or stop"], ["← →", "the state before, the state after"], ["Home End", "the first state, the last state"],
   ["< >", "slower, faster"], ["C", "the next colour; with Shift the one before"], ["1 2 3 4", "from the top, front, right, obliquely"],
   ["Shift + arrows", "turn"], ["[ ]", "turn in the plane of the picture"], ["W A S D", "move"], ["+ −", "enlarge, reduce"], ["R", "fit the picture"],
-  ["F", "move the picked body to the middle"], ["Esc", "pick no body"], ["G", "walls and cell on or off"], ["X", "shadows on or off"],
+  ["F", "move the picked body to the middle"], ["J K L O", "axes, velocities, trails, bonds on or off"],
+  ["E Z", "perspective, haze on or off"], ["Esc", "pick no body"], ["G", "walls and cell on or off"], ["X", "shadows on or off"],
   ["T", "dark or light"], ["H", "these keys"],
 ];
 const SPEEDS = [1, 2, 5, 10, 25, 50];
@@ -24,14 +25,18 @@ class Viewer {
     this.painter = new Painter(this.canvas);
     this.camera = new Camera();
     this.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-    this.colour = run.header.quantities.findIndex((quantity) => quantity.name === run.header.colour);
+    run.header.quantities.push(...OWN_HUES.filter(({ name }) => name === "body" || run.header.live || run.table.hasParent.some((has) => has)));
+    const asked = run.header.colour ?? tellingColour(run);
+    this.colour = Math.max(run.header.quantities.findIndex((quantity) => quantity.name === asked), 0);
     this.picked = -1;
-    this.walls = true;
-    this.shadows = true;
+    this.shows = { walls: true, shadows: true, axes: false, ways: false, trails: false, bonds: (run.header.bonds ?? []).length > 0, perspective: false, haze: false };
+    /** Groups that are hidden; bodies whose centres are beyond this part of the run's depth are hidden too. */
+    this.hidden = new Set();
+    this.cut_part = 1;
     this.planar = run.header.planar;
     const { walls, periods, states } = run.header;
     const bounded = walls.length > 0 || periods.some((period) => period !== null);
-    const all = bounded ? extentOf(SIDES.top, run.states) : null;
+    const all = bounded || !this.planar ? extentOf(SIDES.top, run.states) : null;
     this.all = all;
     this.wall_ends = this.wallsAt(run.header.states[0]);
     this.cell_ends = this.cellAt(run.header.states[0]);
@@ -43,6 +48,10 @@ class Viewer {
     this.setTheme(this.theme);
     this.show(run.states.length - 1);
     this.look(this.planar ? "top" : "oblique");
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    // A run is seen once from its start, unless a link names a time.
+    if (!follow(this, location.hash) && run.states.length > 1 && !still) this.play(true);
+    window.addEventListener("hashchange", () => { this.play(false); follow(this, location.hash); });
   }
 
   build() {
@@ -59,10 +68,70 @@ class Viewer {
     byId("at").max = states.length - 1;
     byId("key-table").append(...KEYS.map(([key, what]) => made("tr", null, [made("td", null, [made("kbd", key)]), made("td", what)])));
     byId("walls").hidden = !this.wall_ends.length && !this.cell_ends.length;
-    byId("measures").hidden = !header.steps;
+    this.buildShown();
+    showGroups(this);
+    byId("measures").hidden = !header.steps && !header.measures;
+    byId("plot-measures").hidden = !header.measures;
+    byId("plot").hidden = !header.steps;
     if (header.steps) byId("plot-note").textContent = header.steps.note;
     showAbout(header);
+    showParameters(header);
     this.listen();
+  }
+
+  /** Buttons for what may be laid over the bodies, and how they are seen. */
+  buildShown() {
+    const { header, states } = this.run;
+    const more = { perspective: ["Perspective", "what is near is larger"], haze: ["Haze", "what is far is paler"] };
+    const offered = {
+      axes: true, ways: states.length > 1 || header.live, trails: states.length > 1 || header.live, bonds: (header.bonds ?? []).length > 0,
+      perspective: !this.planar, haze: !this.planar,
+    };
+    this.show_buttons = new Map();
+    for (const [name, [text, title]] of Object.entries({ ...OVERLAYS, ...more })) {
+      const button = Object.assign(made("button", text), { title });
+      button.hidden = !offered[name];
+      button.addEventListener("click", () => this.setShown(name, !this.shows[name]));
+      byId("shown").append(button);
+      this.show_buttons.set(name, button);
+    }
+    for (const name of this.show_buttons.keys()) this.setShown(name, this.shows[name]);
+    byId("cut-row").hidden = this.planar;
+  }
+
+  setShown(name, on) {
+    this.shows[name] = on;
+    (name === "walls" ? byId("walls") : this.show_buttons.get(name))?.setAttribute("aria-pressed", String(on));
+    this.overlaid = null;
+    this.request();
+  }
+
+  /** Hides the bodies of a group, or shows them again; -1 are those without one. */
+  hide(group, on) {
+    if (on) this.hidden.add(group);
+    else this.hidden.delete(group);
+    showGroups(this);
+    this.overlaid = null;
+    this.setColour(this.colour);
+  }
+
+  isHidden(i) {
+    if (!this.hidden.size && this.cut_part >= 1) return false;
+    const { state } = this;
+    const group = this.run.table.group[state.list[i]];
+    if (this.hidden.has(group === 0xffffffff ? -1 : group)) return true;
+    return this.cut_part < 1 && dot(this.cut, centreOf(state, i)) > this.cut[3];
+  }
+
+  /** Hides what is nearer to the viewer than a part of the run's depth, from the look of this moment on. */
+  setCut(part) {
+    this.cut_part = Math.min(Math.max(part, 0), 1);
+    byId("cut").value = Math.round(1000 * this.cut_part);
+    const toward = this.camera.axes[2];
+    const [[, , low], [, , high]] = extentOf(this.camera.axes, [this.state]);
+    this.cut = [...toward, this.cut_part >= 1 ? 1e30 : low + this.cut_part * (high - low)];
+    this.overlaid = null;
+    this.request();
   }
 
   listen() {
@@ -74,6 +143,16 @@ class Viewer {
     on("view", "change", (event) => { if (event.target.value) this.look(event.target.value); });
     on("reset", "click", () => this.look());
     on("walls", "click", () => this.toggleWalls());
+    on("cut", "input", (event) => this.setCut(Number(event.target.value) / 1000));
+    const keep = (act) => act(this).catch((error) => { byId("kept").textContent = error.message; });
+    on("save-picture", "click", () => keep(savePicture));
+    on("save-movie", "click", () => keep(saveMovie));
+    on("link", "click", () => {
+      location.replace(linkOf(this));
+      byId("kept").textContent = "The address of this page now has camera, time, colour and pick.";
+      navigator.clipboard?.writeText(location.href).then(() => { byId("kept").textContent += " It is copied."; }, () => {});
+    });
+    on("plot-measures", "click", (event) => this.showNearest(timeAt(this.run.header.measures, event.offsetX / event.target.clientWidth)));
     on("theme", "click", () => this.setTheme(this.theme === "dark" ? "light" : "dark"));
     on("help", "click", () => byId("keys").showModal());
     on("plot", "click", (event) => this.showNearest(timeAt(this.run.header.steps, event.offsetX / event.target.clientWidth)));
@@ -98,6 +177,7 @@ class Viewer {
     this.wall_ends = this.wallsAt(this.run.header.states[this.at]);
     this.cell_ends = this.cellAt(this.run.header.states[this.at]);
     this.painter.setState(state);
+    this.overlaid = null;
     this.setColour(this.colour);
     this.setPicked(this.picked);
     this.replot();
@@ -146,8 +226,18 @@ class Viewer {
         note = state.missing[quantity.name] ?? "not known in this state";
       }
     }
+    if (quantity.kind === "hue") {
+      parts.set(huesOf(this.run, state, quantity.name));
+      note = quantity.text;
+    }
+    const { group } = this.run.table;
+    if (this.hidden.size) for (let i = 0; i < state.bodies; i++) {
+      const of = group[state.list[i]];
+      if (this.hidden.has(of === 0xffffffff ? -1 : of)) parts[i] = -2;
+    }
     this.painter.setParts(parts);
     drawLegend(quantity, scale, note);
+    showGroups(this);
     this.request();
   }
 
@@ -164,12 +254,34 @@ class Viewer {
     showPicked(this.run, this.state, row, (other) => this.setPicked(other));
     this.picked_row = row < 0 ? -1 : this.state.list.indexOf(row);
     this.contact_lines = this.picked_row < 0 ? [] : this.forceLines(this.picked_row);
+    this.hands?.tell();
     this.request();
   }
 
   pickAt(x, y) {
+    if (this.hands?.click(x, y)) return;
     const row = this.painter.bodyAt(x, y);
     this.setPicked(row < 0 ? -1 : this.state.list[row]);
+  }
+
+  /** The place that is seen at a place of the page. */
+  pointAt(x, y) {
+    const { camera, canvas } = this;
+    const height = this.painter.heightAt(x, y);
+    const scale = camera.scale * this.largerAt(height);
+    const [right, up] = [(x - canvas.clientWidth / 2) / scale, (canvas.clientHeight / 2 - y) / scale];
+    return plus(plus(plus(camera.middle, camera.axes[0], right), camera.axes[1], up), camera.axes[2], height);
+  }
+
+  /** By how much a perspective enlarges what is at a height. */
+  largerAt(height) {
+    const { distance } = this.painter;
+    return distance > 0 ? distance / (distance - height) : 1;
+  }
+
+  /** Pixels of the page to a length of one at a place. */
+  scaleAt(place) {
+    return this.camera.scale * this.largerAt(dot(plus(place, this.camera.middle, -1), this.camera.axes[2]));
   }
 
   /** Lines from the body's centre over its contacts to the others' centres, the thicker the harder they push. */
@@ -203,7 +315,7 @@ class Viewer {
     byId("view").value = side;
     const axes = SIDES[side] ?? this.camera.axes;
     const extent = extentOf(axes, this.run.states);
-    if (this.walls) stretch(extent, axes, this.framed);
+    if (this.shows.walls) stretch(extent, axes, this.framed);
     this.camera.fit(axes, extent, this.canvas.clientWidth, this.canvas.clientHeight);
     this.request();
   }
@@ -221,7 +333,19 @@ class Viewer {
     const { origin } = this.run.header;
     // Walls of a run that goes on may be changed.
     const walls = state?.own_walls ?? this.run.header.walls;
-    return walls.flatMap((wall, k) => only === null || only === k ? placedWallLines(wall, state?.walls?.[k], this.planar, this.all, origin) : []);
+    return walls.flatMap((wall, k) => only === null || only === k ? placedWall(wallLines, wall, state?.walls?.[k], this.planar, this.all, origin) : []);
+  }
+
+  /** The walls of this state as triangles with normals; found once. */
+  surfaces() {
+    if (this.planar) return [];
+    const state = this.run.header.states[this.at];
+    if (this.surfaced?.state !== state) {
+      const walls = state?.own_walls ?? this.run.header.walls;
+      const triangles = walls.flatMap((wall, k) => placedWall(wallTriangles, wall, state?.walls?.[k], this.planar, this.all, this.run.header.origin));
+      this.surfaced = { state, corners: withNormals(triangles) };
+    }
+    return this.surfaced.corners;
   }
 
   /** The periods of space in a state, and the lines of its cell. */
@@ -234,9 +358,21 @@ class Viewer {
   }
 
   toggleWalls() {
-    this.walls = !this.walls;
-    byId("walls").setAttribute("aria-pressed", String(this.walls));
-    this.request();
+    this.setShown("walls", !this.shows.walls);
+  }
+
+  /** The lines that lie over the bodies, found once for each state. */
+  overlays() {
+    const key = JSON.stringify([this.at, this.picked, this.shows, this.shows.ways ? this.camera.axes[2] : 0]);
+    if (this.overlaid?.key !== key) {
+      const theme = THEMES[this.theme];
+      const inks = { axes: [theme.wall, 1.5, 0], ways: [theme.line, 1.5, 0.5], trails: [theme.wall, 1, 0.35], bonds: [theme.line, 3, 0.5] };
+      const shown = Object.keys(OVERLAYS).filter((name) => this.shows[name] && !this.show_buttons.get(name).hidden);
+      // A line inside of its own body is seen all the same in a planar run.
+      const lines = shown.map((name) => ({ ends: OVERLAYS[name][2](this), ink: inks[name][0], width: inks[name][1], behind: Math.max(inks[name][2], name === "axes" ? 0.9 : 0) }));
+      this.overlaid = { key, lines };
+    }
+    return this.overlaid.lines;
   }
 
   setTheme(theme) {
@@ -250,10 +386,12 @@ class Viewer {
   }
 
   replot() {
-    if (!this.run.header.steps || this.at === undefined) return;
+    const { steps, measures } = this.run.header;
+    if ((!steps && !measures) || this.at === undefined) return;
     const style = getComputedStyle(document.documentElement);
     const ink = Object.fromEntries(["ink", "soft", "line", "accent"].map((name) => [name, style.getPropertyValue(`--${name}`)]));
-    drawPlot(this.run.header.steps, this.state.time, ink);
+    if (measures) drawPlot(byId("plot-measures"), measures, measures.curves, this.state.time, ink);
+    if (steps) drawPlot(byId("plot"), steps, CURVES, this.state.time, ink);
   }
 
   key(event) {
@@ -281,12 +419,15 @@ class Viewer {
     };
     const zoom = (factor) => { this.camera.zoom(factor); this.request(); };
     return {
-      " ": () => this.play(!this.playing), Home: () => this.show(0), End: () => this.show(this.run.states.length - 1),
+      " ": () => this.play(!this.playing), Home: () => { this.play(false); this.show(0); }, End: () => { this.play(false); this.show(this.run.states.length - 1); },
       c: () => this.nextColour(1), C: () => this.nextColour(-1), r: () => this.look(), g: () => this.toggleWalls(),
       1: () => this.look("top"), 2: () => this.look("front"), 3: () => this.look("right"), 4: () => this.look("oblique"),
       "+": () => zoom(1.25), "=": () => zoom(1.25), "-": () => zoom(0.8), "<": () => speed(-1), ">": () => speed(1),
       "[": () => this.turn(0, 0, -0.1), "]": () => this.turn(0, 0, 0.1), Escape: () => this.setPicked(-1), f: () => this.focus(),
-      x: () => { this.shadows = !this.shadows; this.request(); }, t: () => this.setTheme(this.theme === "dark" ? "light" : "dark"),
+      j: () => this.setShown("axes", !this.shows.axes), k: () => this.setShown("ways", !this.shows.ways),
+      l: () => this.setShown("trails", !this.shows.trails), o: () => this.setShown("bonds", !this.shows.bonds),
+      e: () => this.setShown("perspective", !this.shows.perspective), z: () => this.setShown("haze", !this.shows.haze),
+      x: () => this.setShown("shadows", !this.shows.shadows), t: () => this.setTheme(this.theme === "dark" ? "light" : "dark"),
       h: () => byId("keys").showModal(), "?": () => byId("keys").showModal(),
     }[key];
   }
@@ -315,11 +456,14 @@ class Viewer {
     const size = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.max(Math.round(side * ratio), 1));
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     const theme = THEMES[this.theme];
-    const wall = (ends) => ({ ends: this.walls ? ends : [], ink: theme.wall, width: 1.5, behind: 0.25 });
+    const faint = theme.wall.map((part, k) => (k === 3 && !this.planar ? 0.45 * part : part));
+    const wall = (ends, ink = theme.wall) => ({ ends: this.shows.walls ? ends : [], ink, width: 1.5, behind: 0.25 });
     const { kind } = this.run.header.quantities[this.colour];
     this.painter.draw({
-      camera: this.camera, colour: { sequential: 0, cyclic: 1, none: 2 }[kind], planar: this.planar, paper: theme.paper, accent: theme.accent,
-      picked: this.picked_row, shadows: this.shadows, lines: [wall(this.wall_ends), wall(this.cell_ends), ...this.contact_lines],
+      camera: this.camera, colour: { sequential: 0, cyclic: 1, none: 2, hue: 3 }[kind], planar: this.planar, paper: theme.paper, accent: theme.accent,
+      picked: this.picked_row, shadows: this.shows.shadows, perspective: this.shows.perspective, haze: this.shows.haze, cut: this.cut,
+      surfaces: { corners: this.shows.walls ? this.surfaces() : [], ink: theme.wall.slice(0, 3) },
+      lines: [wall(this.wall_ends, faint), wall(this.cell_ends), ...this.overlays(), ...this.contact_lines, ...(this.more_lines?.() ?? [])],
     }, fine);
     drawBar(this.camera.scale, canvas.clientWidth);
     this.drawn_finely = fine;

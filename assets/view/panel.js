@@ -46,6 +46,8 @@ function made(tag, text, parts = []) {
 function drawLegend(quantity, scale, note) {
   byId("legend").hidden = quantity.kind === "none";
   if (quantity.kind === "none") return;
+  // Names of groups stand beside their colours in the panel.
+  for (const id of ["legend-scale", "legend-low", "legend-high"]) byId(id).hidden = quantity.kind === "hue" || quantity.name === "group";
   byId("legend-name").textContent = quantity.name;
   const ends = quantity.kind === "cyclic" ? ["0°", "180°"]
     : scale ? [shown(scale[0]), (scale[2] > scale[1] ? "> " : "") + shown(scale[1])] : ["", ""];
@@ -69,11 +71,47 @@ function drawBar(scale, width) {
   byId("bar").firstElementChild.textContent = shown(round, 3);
 }
 
+/** Pixels of a curve's strip. */
+const STRIP = 58;
 const CURVES = [["bodies", "bodies"], ["constraints", "constraints"], ["recursions", "recursions"], ["max_overlap", "overlap"]];
 
-/** The steps of the run against time, with a line at `time`. */
-function drawPlot(steps, time, ink) {
-  const canvas = byId("plot");
+/** The groups with their colours; a click hides one. */
+function showGroups(viewer) {
+  const { header, table } = viewer.run;
+  const place = byId("groups");
+  place.hidden = header.groups.length === 0;
+  if (place.hidden || viewer.at === undefined) return;
+  const { state } = viewer;
+  const counts = new Map();
+  for (let i = 0; i < state.bodies; i++) {
+    const of = table.group[state.list[i]];
+    const group = of === 0xffffffff ? -1 : of;
+    counts.set(group, (counts.get(group) ?? 0) + 1);
+  }
+  const quantity = header.quantities[viewer.colour];
+  const [low, high] = quantity.scale ?? [0, 1];
+  const known = header.groups.map((name, k) => [k, name]).concat(counts.has(-1) ? [[-1, "no group"]] : []);
+  place.replaceChildren(...known.map(([group, name]) => {
+    const swatch = made("i", "");
+    if (quantity.name === "group") swatch.style.background = css(ramp(high > low ? (group + 1 - low) / (high - low) : 0));
+    const button = made("button", null, [swatch, made("span", `${name}  ${counts.get(group) ?? 0}`)]);
+    button.title = "hide or show";
+    button.setAttribute("aria-pressed", String(!viewer.hidden.has(group)));
+    button.addEventListener("click", () => viewer.hide(group, !viewer.hidden.has(group)));
+    return button;
+  }));
+}
+
+/** The numbers of the scene. */
+function showParameters({ name, version, parameters }) {
+  byId("scene").hidden = !parameters?.length;
+  const rows = (parameters ?? []).map(([key, value]) => made("tr", null, [made("th", key), made("td", JSON.stringify(value))]));
+  byId("scene-text").replaceChildren(made("p", `${name}, by relcp ${version}`), made("table", null, [made("tbody", null, rows)]));
+}
+
+/** Columns of the run against time, a strip each, with a line at `time`. */
+function drawPlot(canvas, steps, curves, time, ink) {
+  canvas.style.height = `${curves.length * STRIP + 16}px`;
   const ratio = window.devicePixelRatio || 1;
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   canvas.width = width * ratio;
@@ -83,28 +121,30 @@ function drawPlot(steps, time, ink) {
   context.font = "12px system-ui, sans-serif";
   const [first, last] = [steps.time[0], steps.time[steps.time.length - 1]];
   const x = (t) => 1 + (width - 2) * (last > first ? (t - first) / (last - first) : 0.5);
-  const strip = (height - 16) / CURVES.length;
+  const strip = (height - 16) / curves.length;
   let here = 0;
   while (here + 1 < steps.time.length && steps.time[here + 1] <= time) here++;
-  CURVES.forEach(([name, title], k) => {
+  curves.forEach(([name, title], k) => {
     const values = steps[name];
+    const known = values.filter((v) => Number.isFinite(v));
+    const low = known.reduce((a, b) => Math.min(a, b), 0);
     const [top, bottom] = [k * strip + 18, (k + 1) * strip - 4];
-    const most = values.reduce((a, b) => Math.max(a, b), 0);
-    const y = (v) => bottom - (most > 0 ? (bottom - top) * v / most : 0);
+    const most = known.reduce((a, b) => Math.max(a, b), 0);
+    const y = (v) => bottom - (most > low ? (bottom - top) * (v - low) / (most - low) : 0);
     context.fillStyle = ink.line;
-    context.fillRect(0, bottom, width, 1);
+    context.fillRect(0, y(0), width, 1);
     context.strokeStyle = ink.ink;
     context.lineWidth = 1.2;
     context.beginPath();
-    values.forEach((v, i) => context.lineTo(x(steps.time[i]), y(v)));
+    values.forEach((v, i) => { if (Number.isFinite(v)) context.lineTo(x(steps.time[i]), y(v)); });
     context.stroke();
     context.fillStyle = ink.soft;
     context.fillText(title, 0, top - 5);
     context.textAlign = "right";
-    context.fillText(`at most ${shortly(most)}`, width, top - 5);
+    context.fillText(`${low < 0 ? `from ${shortly(low)} ` : ""}to ${shortly(most)}`, width, top - 5);
     context.textAlign = "left";
     context.fillStyle = ink.accent;
-    context.fillText(shortly(values[here]), 84, top - 5);
+    context.fillText(Number.isFinite(values[here]) ? shortly(values[here]) : "–", Math.max(84, 8 + context.measureText(title).width), top - 5);
     context.fillRect(x(Math.min(Math.max(time, first), last)) - 0.75, top, 1.5, bottom - top);
   });
   context.fillStyle = ink.soft;

@@ -7,12 +7,14 @@ const STILL = 4;
 function listenToPointers(viewer, canvas) {
   const down = new Map();
   let moved = 0;
+  let hand = null;
   const at = (event) => [event.clientX - canvas.getBoundingClientRect().left, event.clientY - canvas.getBoundingClientRect().top];
   const fromMiddle = ([x, y]) => [x - canvas.clientWidth / 2, y - canvas.clientHeight / 2];
 
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     canvas.focus({ preventScroll: true });
+    if (!down.size && event.button === 0 && !event.shiftKey && viewer.hands?.press(at(event))) hand = event.pointerId;
     if (!down.size) moved = 0;
     down.set(event.pointerId, at(event));
   });
@@ -23,11 +25,17 @@ function listenToPointers(viewer, canvas) {
     const [right, below] = [now[0] - before[0], now[1] - before[1]];
     moved += Math.abs(right) + Math.abs(below);
     if (down.size === 2) pinch(before, now, event.pointerId);
+    else if (hand === event.pointerId) viewer.hands.move(now);
     else if (down.size === 1 && moved >= STILL) drag(event, right, below);
     down.set(event.pointerId, now);
   });
   const release = (event) => {
     const known = down.delete(event.pointerId);
+    if (hand === event.pointerId) {
+      hand = null;
+      viewer.hands.release();
+      return;
+    }
     if (known && event.type === "pointerup" && moved < STILL && event.button === 0 && !down.size) viewer.pickAt(...at(event));
   };
   canvas.addEventListener("pointerup", release);

@@ -17,6 +17,8 @@ uniform bool shadows;
 uniform mat3 light_axes;      // the light's right, up and toward along the picture's right, up and toward, as columns
 uniform vec3 light_middle;    // what stands in the middle of the light's picture, as the picture's right, up and toward
 uniform vec3 light_scale;     // lengths from that middle to its edges; the depth
+uniform float distance_;      // of the eye from the picture's middle; 0: a parallel projection
+uniform vec3 haze;            // how much of the farthest is the paper; the height where it begins; 1 over its depth
 uniform float softness;       // half the width of a shadow's edge, in the light's samples
 
 out vec4 light_out;
@@ -84,6 +86,7 @@ float lit(ivec2 at, float height, vec3 normal, int ray) {
     vec3 point = vec3((vec2(at) + 0.5 - 0.5 * vec2(size)) * sample_length, height);
     vec2 side = vec2(textureSize(shadow, 0));
     float light_sample = 2.0 * light_scale.x / side.x;
+    if (distance_ > 0.0) point.xy *= (distance_ - height) / distance_;
     vec3 seen = (point + normal * (1.5 * softness * light_sample) - light_middle) * light_axes;
     float turn = float(ray) * 0.39269908;
     mat2 turned = mat2(cos(turn), sin(turn), -sin(turn), cos(turn)) * softness;
@@ -113,6 +116,7 @@ vec3 light(ivec2 at, uvec4 here, int ray) {
     float direct = key + 0.16 * max(dot(normal, FILL_LIGHT), 0.0);
     float gleam = 0.13 * pow(max(dot(normal, HALFWAY), 0.0), 24.0) * key;
     vec3 shown = (colour * (ambient * opened + direct * (0.35 + 0.65 * opened)) + gleam * opened) * (1.0 - 0.84 * drawn);
+    shown = mix(shown, paper, haze.x * clamp((haze.y - height) * haze.z, 0.0, 1.0));
     if (int(here.x) == picked) {
         bool rim = at_edge(at, here, max(2 * samples, 2)) || at_edge(at, here, samples);
         shown = rim ? accent : mix(shown, accent, 0.25);

@@ -1,5 +1,5 @@
 "use strict";
-// Walls and the periodic cell as lines, six numbers each, from the run's middle. In a planar run they are cut by the
+// Walls as translucent surfaces, and walls and the periodic cell as lines, six numbers each, from the run's middle. In a planar run they are cut by the
 // plane.
 
 /** Lines along a side of a plane that is drawn as a patch, and to a turn of a circle. */
@@ -37,9 +37,9 @@ function wallLines(walls, planar, extent, origin) {
   return lines;
 }
 
-/** The same of one wall where it has moved to; `place` is null where it never moves. */
-function placedWallLines(wall, place, planar, extent, origin) {
-  if (!place) return wallLines([wall], planar, extent, origin);
+/** What `make` draws of one wall where it has moved to; `place` is null where it never moves. */
+function placedWall(make, wall, place, planar, extent, origin) {
+  if (!place) return make([wall], planar, extent, origin);
   const reference = plus(place.reference, origin, -1);
   const [w, ...v] = place.turn;
   const about = (point, sign) => {
@@ -50,7 +50,7 @@ function placedWallLines(wall, place, planar, extent, origin) {
   const middle = extent[0].map((x, k) => (x + extent[1][k]) / 2);
   const back = plus(reference, about(plus(plus(middle, reference, -1), place.shift, -1), -1));
   const seen = extent.map((corner) => plus(back, plus(corner, middle, -1)));
-  const lines = wallLines([wall], planar, seen, origin);
+  const lines = make([wall], planar, seen, origin);
   for (let k = 0; k < lines.length; k += 3) {
     const point = plus(plus(reference, about(plus(lines.slice(k, k + 3), reference, -1), 1)), place.shift);
     for (let axis = 0; axis < 3; axis++) lines[k + axis] = point[axis];
@@ -124,4 +124,73 @@ function cylinder(lines, centre, axis, radius, length, size, planar) {
   if (planar) return undefined;
   for (const end of length === null ? [centre, ...ends] : ends) circle(lines, end, u, v, radius);
   return undefined;
+}
+
+/** Parts of a sphere from pole to pole. */
+const BELTS = 24;
+
+/** The triangles of all walls in space, three numbers a corner. */
+function wallTriangles(walls, planar, extent, origin) {
+  const triangles = [];
+  if (planar) return triangles;
+  const size = Math.hypot(...plus(extent[1], extent[0], -1)) || 1;
+  const near = extent[0].map((x, k) => (x + extent[1][k]) / 2);
+  const at = (point) => plus(point, origin, -1);
+  const quad = (a, b, c, d) => triangles.push(...a, ...b, ...c, ...a, ...c, ...d);
+  const patch = (point, normal) => {
+    const foot = plus(near, normal, dot(plus(point, near, -1), normal));
+    const [u, v] = crossing(normal).map((axis) => axis.map((x) => 0.6 * size * x));
+    const corner = (p, q) => plus(plus(foot, u, p), v, q);
+    quad(corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1));
+  };
+  for (const wall of walls) {
+    const [name, it] = Object.entries(wall)[0];
+    if (name === "half_space") {
+      const normal = unit(it.normal);
+      patch(at(normal.map((x) => x * it.offset)), normal);
+    } else if (name === "channel") {
+      const normal = unit(it.normal);
+      for (const side of [-0.5, 0.5]) patch(at(plus(it.center, normal, side * it.width)), normal);
+    } else if (name === "box") {
+      const [low, high] = [at(it.minimum), at(it.maximum)];
+      for (let k = 0; k < 3; k++) {
+        for (const side of [low[k], high[k]]) {
+          const [p, q] = [(k + 1) % 3, (k + 2) % 3];
+          const corner = (a, b) => { const point = []; point[k] = side; point[p] = a[p]; point[q] = b[q]; return point; };
+          quad(corner(low, low), corner(high, low), corner(high, high), corner(low, high));
+        }
+      }
+    } else if (name === "sphere") {
+      const point = (i, j) => {
+        const [up, about] = [Math.PI * i / BELTS, 2 * Math.PI * j / TURN];
+        return plus(at(it.center), [Math.sin(up) * Math.cos(about), Math.sin(up) * Math.sin(about), Math.cos(up)], it.radius);
+      };
+      for (let i = 0; i < BELTS; i++) for (let j = 0; j < TURN; j++) quad(point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1));
+    } else if (name === "cylinder") {
+      const axis = unit(it.axis);
+      const [u, v] = crossing(axis);
+      const closed = (it.length ?? null) !== null;
+      const half = closed ? it.length / 2 : size;
+      const point = (end, j) => {
+        const about = 2 * Math.PI * j / TURN;
+        return plus(plus(plus(at(it.center), axis, end * half), u, it.radius * Math.cos(about)), v, it.radius * Math.sin(about));
+      };
+      for (let j = 0; j < TURN; j++) {
+        quad(point(-1, j), point(1, j), point(1, j + 1), point(-1, j + 1));
+        for (const end of closed ? [-1, 1] : []) triangles.push(...plus(at(it.center), axis, end * half), ...point(end, j), ...point(end, j + 1));
+      }
+    }
+  }
+  return triangles;
+}
+
+/** The same with the normal of its triangle after each corner. */
+function withNormals(triangles) {
+  const corners = [];
+  for (let k = 0; k < triangles.length; k += 9) {
+    const [a, b, c] = [0, 3, 6].map((from) => triangles.slice(k + from, k + from + 3));
+    const normal = cross(plus(b, a, -1), plus(c, a, -1));
+    for (const corner of [a, b, c]) corners.push(...corner, ...normal);
+  }
+  return corners;
 }

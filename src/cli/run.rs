@@ -11,6 +11,7 @@ use relcp::record::{Folder, RecordError};
 use relcp::run::{Branch, Run, RunError, RunStatus, Summary};
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
+use relcp::step::Fault;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -76,30 +77,19 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
         run.checkpoint_every(every);
     }
     let mut watched = server.map(|server| live::serve(server, &run)).transpose()?;
-    let mut stopped = None;
     let stop = || interrupt.asked() || arguments.max_wall.is_some_and(|most| begun.elapsed() >= most);
-    while !run.done() && !stop() {
-        if let Some(live) = &mut watched {
-            if !live.attend(&mut run, &stop)? {
-                break;
-            }
-            if live.waited() {
-                progress.leave_out_wait();
-            }
-        }
-        match run.advance() {
-            Ok(report) => {
-                progress.step(&run, &report);
-                watched.as_mut().map_or(Ok(()), |live| live.after(&run, &report))?;
-            }
-            Err(RunError::Fault(fault)) if fault.is_of_scene() => {
-                stopped = Some(fault);
-                break;
-            }
-            Err(error) => return Err(error.into()),
-        }
-    }
+    let stepped = go_on(&mut run, watched.as_mut(), &mut progress, &stop);
     progress.end();
+    let stopped = match stepped {
+        Ok(stopped) => stopped,
+        // Such as a full disk: a page would wait for ever.
+        Err(error) => {
+            if let Some(live) = watched {
+                live.failed(&run, &error.to_string(), &|| interrupt.asked());
+            }
+            return Err(error);
+        }
+    };
     if let Some(live) = &mut watched {
         live.ends(&run);
     }
@@ -110,7 +100,15 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     let simulation = run.simulation();
     let profile = simulation.device().filter(|_| arguments.profile);
     let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
-    let summary = run.finish()?;
+    let summary = match run.finish() {
+        Ok(summary) => summary,
+        Err(error) => {
+            if let Some(live) = watched {
+                live.ended(format!("stopped: {error}"), &|| interrupt.asked());
+            }
+            return Err(error.into());
+        }
+    };
     if let Some(live) = watched {
         live.ended(report::in_a_sentence(&summary, folder.path()), &|| interrupt.asked());
     }
@@ -119,6 +117,34 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     let (page, fault) = page.map_or_else(|fault| (None, Some(fault)), |page| (page, None));
     show(arguments, folder.path(), &summary, profile.as_ref(), page.as_deref())?;
     fault.map_or(Ok(summary.status.into()), Err)
+}
+
+/// Takes steps until the run is done, `stop` says so, or a step fails: the fault of the scene, if it was one.
+fn go_on(
+    run: &mut Run,
+    mut watched: Option<&mut live::Driver>,
+    progress: &mut Progress,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<Fault>, CliError> {
+    while !run.done() && !stop() {
+        if let Some(live) = &mut watched {
+            if !live.attend(run, stop)? {
+                break;
+            }
+            if live.waited() {
+                progress.leave_out_wait();
+            }
+        }
+        match run.advance() {
+            Ok(report) => {
+                progress.step(run, &report);
+                watched.as_mut().map_or(Ok(()), |live| live.after(run, &report))?;
+            }
+            Err(RunError::Fault(fault)) if fault.is_of_scene() => return Ok(Some(fault)),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(None)
 }
 
 fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> {

@@ -177,6 +177,36 @@ pub enum Force {
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         window: Option<Window>,
     },
+    /// A spring from a point of one body to a place: `F = stiffness (target - point) - damping v`. In periodic space it
+    /// pulls to the nearest image of the target. Without effect while no body has the id. Only on the CPU.
+    Pull {
+        /// The body's id, as states have it.
+        body: u64,
+        /// The place that the point is pulled to.
+        target: [f64; 3],
+        /// Force over distance.
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+        stiffness: f64,
+        /// The point, in body axes from the centre.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_origin"))]
+        point: [f64; 3],
+        /// The largest force of the spring. Without it: none.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+        most: Option<f64>,
+        /// Force over the velocity of the body's centre. It needs the inertial law.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+        damping: Option<f64>,
+        /// When it acts. Without it: always.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        window: Option<Window>,
+    },
+}
+
+#[cfg(feature = "files")]
+fn is_origin(point: &[f64; 3]) -> bool {
+    *point == [0.0; 3]
 }
 
 #[cfg(feature = "files")]
@@ -212,6 +242,7 @@ impl Force {
             Force::Propulsion { .. } => "propulsion",
             Force::Torque { .. } => "torque",
             Force::Trap { .. } => "trap",
+            Force::Pull { .. } => "pull",
         }
     }
 
@@ -225,8 +256,8 @@ impl Force {
             Force::Propulsion { force, .. } => force.abs(),
             Force::Trap { stiffness, .. } => stiffness * shape.thickness(),
             Force::RadialInward { .. } | Force::RadialOutward { .. } => 1.0,
-            // It turns, and what holds it bears other forces.
-            Force::Torque { .. } => 0.0,
+            // It turns, and what holds it bears other forces; one body among many says nothing of the others.
+            Force::Torque { .. } | Force::Pull { .. } => 0.0,
         }
     }
 
@@ -245,6 +276,7 @@ impl Force {
             | Force::Propulsion { group, .. }
             | Force::Torque { group, .. }
             | Force::Trap { group, .. } => group.as_deref(),
+            Force::Pull { .. } => None,
         }
     }
 
@@ -257,7 +289,8 @@ impl Force {
             | Force::RadialOutward { window, .. }
             | Force::Propulsion { window, .. }
             | Force::Torque { window, .. }
-            | Force::Trap { window, .. } => window.as_ref(),
+            | Force::Trap { window, .. }
+            | Force::Pull { window, .. } => window.as_ref(),
         }
     }
 
@@ -274,6 +307,7 @@ impl Force {
             Force::Propulsion { axis, .. } => Some(("axis", axis)),
             Force::Torque { torque, .. } => Some(("torque", torque)),
             Force::Trap { center, .. } => Some(("center", center)),
+            Force::Pull { target, .. } => Some(("target", target)),
             Force::RadialInward { .. } | Force::RadialOutward { .. } => None,
         }
     }
@@ -281,7 +315,7 @@ impl Force {
     /// What must be positive of it, under its key.
     pub(crate) fn positive(&self) -> Option<(&'static str, f64)> {
         match self {
-            Force::Trap { stiffness, .. } => Some(("stiffness", *stiffness)),
+            Force::Trap { stiffness, .. } | Force::Pull { stiffness, .. } => Some(("stiffness", *stiffness)),
             _ => None,
         }
     }
@@ -302,7 +336,7 @@ impl Force {
             Force::Propulsion { force, axis, .. } => Some(pushing(orientation * along(force, axis))),
             Force::Torque { torque, frame: Frame::Space, .. } => Some(turning(DVec3::from(torque))),
             Force::Torque { torque, frame: Frame::Body, .. } => Some(turning(orientation * DVec3::from(torque))),
-            Force::RadialInward { .. } | Force::RadialOutward { .. } | Force::Trap { .. } => None,
+            Force::RadialInward { .. } | Force::RadialOutward { .. } | Force::Trap { .. } | Force::Pull { .. } => None,
         }
     }
 
@@ -317,6 +351,11 @@ impl Force {
             Force::Trap { center, axes, .. } => Some((center, axes)),
             _ => None,
         }
+    }
+
+    /// Whether it pulls a single body, which devices do not compute.
+    pub(crate) fn is_pull(&self) -> bool {
+        matches!(self, Force::Pull { .. })
     }
 
     /// Whether it acts on mass, which bodies have with inertia only.

@@ -33,7 +33,7 @@ pub(crate) fn width_of(text: &str, size: f32) -> f32 {
 }
 
 /// The outline of a text that begins at the origin, for an em of `size`, y down.
-pub(super) fn outline(text: &str, size: f32) -> Option<Path> {
+pub(crate) fn outline(text: &str, size: f32) -> Option<Path> {
     let face = face()?;
     let scale = size / f32::from(face.units_per_em());
     let (mut pen, mut x) = (Pen(PathBuilder::new()), 0.0);

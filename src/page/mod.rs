@@ -8,7 +8,7 @@ mod pdf;
 mod png;
 mod svg;
 
-pub(crate) use font::width_of;
+pub(crate) use font::{outline, width_of};
 pub(crate) use tiny_skia::{Path, PathBuilder};
 
 /// A file's format.

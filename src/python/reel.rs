@@ -73,7 +73,7 @@ pub(super) fn pages(colour: &str, every: usize, start: Option<f64>, end: Option<
         return Err(PyValueError::new_err("every: expected at least one state"));
     }
     let (from, to) = (start.unwrap_or(f64::NEG_INFINITY), end.unwrap_or(f64::INFINITY));
-    Ok(Pages { colour: quantity(colour)?, every, from, to })
+    Ok(Pages { colour: Some(quantity(colour)?), every, from, to })
 }
 
 /// Makes a movie of the states of the run in a folder.

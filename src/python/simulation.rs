@@ -463,7 +463,7 @@ impl PySimulation {
         height: Option<Bound<'py, PyAny>>,
         colour: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let pages = Pages { colour: picture::quantity(colour)?, ..Pages::default() };
+        let pages = Pages { colour: Some(picture::quantity(colour)?), ..Pages::default() };
         let (scene, state) = self.present(py)?;
         let made = self.compute(py, |session| session.compute(|_| page_of_state(&scene, state, &pages)))?;
         let (page, viewed) = made.map_err(|no| rendered(py, no))?;

@@ -141,7 +141,7 @@ impl PyState {
         height: Option<Bound<'py, PyAny>>,
         colour: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let pages = Pages { colour: picture::quantity(colour)?, ..Pages::default() };
+        let pages = Pages { colour: Some(picture::quantity(colour)?), ..Pages::default() };
         let (py, scene, state) = (slf.py(), slf.scene_then(), PyState::snapshot(&slf));
         let made = quietly(py, || page_of_state(&scene, state, &pages))?;
         let (page, viewed) = made.map_err(|no| rendered(py, no))?;

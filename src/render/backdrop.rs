@@ -32,13 +32,16 @@ pub(crate) struct Backdrop {
     pub cell: Option<Periodic>,
     /// The time.
     pub time: f64,
+    /// The names of the scene's groups.
+    pub groups: Vec<String>,
 }
 
 impl Backdrop {
     /// The background of a scene at its start.
     pub fn of(scene: &Scene) -> Self {
         let (time, cell) = (scene.time.start, scene.periodic);
-        Backdrop { walls: scene.walls(), periods: scene.periods(), scene_walls: scene.walls.clone(), cell, time }
+        let (walls, periods, groups) = (scene.walls(), scene.periods(), scene.group_names());
+        Backdrop { walls, periods, scene_walls: scene.walls.clone(), cell, time, groups }
     }
 
     /// The same at another time.

@@ -3,7 +3,7 @@
 
 use super::colour::{hue, ramp};
 use super::scale::Scale;
-use super::text::{self, GLYPH};
+use super::text;
 use super::{Image, Quantity};
 use crate::record::Snapshot;
 use glam::Vec3;
@@ -16,6 +16,9 @@ const THICKNESS: usize = 5;
 const BORDER: usize = 14;
 /// The gap between text and the scale, in dots.
 const GAP: usize = 5;
+
+/// More groups than these have a scale in place of their names.
+const MOST_SWATCHES: usize = 12;
 
 /// The colours of ink and of paper.
 pub(super) type Inks = [[u8; 3]; 2];
@@ -49,13 +52,21 @@ pub(super) fn shade(quantity: Quantity, part: f32) -> Vec3 {
 /// Writes time and number of bodies.
 pub(super) fn state(image: &mut Image, state: &Snapshot, [ink, paper]: Inks) {
     let Some(dot) = text::dot(image) else { return };
-    let marks = text::marks(&words(state), BORDER * dot, BORDER * dot, dot);
-    text::draw(image, &marks, dot, ink, paper);
+    let em = text::em(image);
+    text::write(image, &words(state), [BORDER * dot; 2], em, [ink, paper]);
 }
 
 /// The name of the colour quantity, and the scale with its ends.
-pub(super) fn legend(image: &mut Image, quantity: Quantity, scale: Option<Scale>, [ink, paper]: Inks) {
+pub(super) fn legend(
+    image: &mut Image,
+    (quantity, scale): (Quantity, Option<Scale>),
+    groups: &[String],
+    [ink, paper]: Inks,
+) {
     let Some(dot) = text::dot(image) else { return };
+    if let (Quantity::Group, Some(scale), 1..=MOST_SWATCHES) = (quantity, scale, groups.len()) {
+        return swatches(image, scale, groups, [ink, paper]);
+    }
     let Some(ends) = ends(quantity, scale) else { return };
     let width = (WIDTH * f64::from(image.width)) as usize;
     let (right, bottom) = ((image.width as usize).saturating_sub(BORDER * dot), image.height as usize - BORDER * dot);
@@ -65,12 +76,50 @@ pub(super) fn legend(image: &mut Image, quantity: Quantity, scale: Option<Scale>
         let part = (x - left) as f32 / (right - left - 1).max(1) as f32;
         text::fill(image, [x, top, 1, THICKNESS * dot], super::bytes(shade(quantity, part)));
     }
-    let [above, title] = [1, 2].map(|line| top - line * (GLYPH[1] + GAP) * dot);
-    let at_right = |words: &str| right.saturating_sub(text::width(words, dot));
-    let mut marks = text::marks(&ends[0], left, above, dot);
-    marks.extend(text::marks(&ends[1], at_right(&ends[1]), above, dot));
+    let em = text::em(image);
+    let [above, title] = [1, 2].map(|line| top.saturating_sub(line * (text::height(em) + GAP * dot)));
+    let at_right = |words: &str| right.saturating_sub(text::width(words, em));
     let name = quantity.name();
-    let middle = left + ((right - left).saturating_sub(text::width(name, dot))) / 2;
-    marks.extend(text::marks(name, middle, title, dot));
-    text::draw(image, &marks, dot, ink, paper);
+    let middle = left + ((right - left).saturating_sub(text::width(name, em))) / 2;
+    for (words, at) in [(&*ends[0], [left, above]), (&ends[1], [at_right(&ends[1]), above]), (name, [middle, title])] {
+        text::write(image, words, at, em, [ink, paper]);
+    }
+}
+
+/// The names of groups, each after its colour, one below the other in the lower right corner.
+fn swatches(image: &mut Image, scale: Scale, groups: &[String], [ink, paper]: Inks) {
+    let Some(dot) = text::dot(image) else { return };
+    let em = text::em(image);
+    let (side, line) = (text::height(em), text::height(em) + GAP * dot);
+    let widest = groups.iter().map(|name| text::width(name, em)).max().unwrap_or(0);
+    let left = (image.width as usize).saturating_sub(BORDER * dot + widest + 2 * side);
+    for (k, name) in groups.iter().enumerate() {
+        let top = (image.height as usize).saturating_sub(BORDER * dot + (groups.len() - k) * line);
+        // Groups are numbered from 1.
+        let span = (scale.high - scale.low).max(f64::MIN_POSITIVE);
+        let part = (((k + 1) as f64 - scale.low) / span).clamp(0.0, 1.0);
+        text::fill(image, [left.saturating_sub(dot), top.saturating_sub(dot), side + 2 * dot, side + 2 * dot], ink);
+        text::fill(image, [left, top, side, side], super::bytes(shade(Quantity::Group, part as f32)));
+        text::write(image, name, [left + 2 * side, top], em, [ink, paper]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_have_their_colours_and_names_and_many_have_a_scale() {
+        let mut image = Image { width: 400, height: 300, pixels: vec![255; 400 * 300 * 3], alpha: None };
+        let scale = Scale { low: 0.0, high: 2.0, largest: 2.0 };
+        let names = |count: usize| (0..count).map(|k| format!("strain {k}")).collect::<Vec<_>>();
+        legend(&mut image, (Quantity::Group, Some(scale)), &names(2), [[0; 3], [255; 3]]);
+        let has =
+            |image: &Image, colour: [u8; 3]| image.pixels.chunks_exact(3).filter(|pixel| *pixel == colour).count();
+        let [half, whole, none] = [0.5, 1.0, 0.0].map(|part| super::super::bytes(ramp(part)));
+        assert!(has(&image, half) > 40 && has(&image, whole) > 40 && has(&image, none) == 0);
+        let mut many = Image { pixels: vec![255; 400 * 300 * 3], ..image.clone() };
+        legend(&mut many, (Quantity::Group, Some(scale)), &names(13), [[0; 3], [255; 3]]);
+        assert!(has(&many, none) > 0);
+    }
 }

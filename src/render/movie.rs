@@ -17,8 +17,8 @@ pub const ENDINGS: &str = ".png, .apng, .mp4, .mov or .mkv";
 /// Options of the video encoders; the first that the program supports is used: H.264 at its default quality, else
 /// MPEG-4.
 const CODECS: [&[&str]; 2] = [&["-c:v", "libx264"], &["-c:v", "mpeg4", "-q:v", "2"]];
-/// Players need even widths and heights: adds a column or a row if necessary.
-const EVEN: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
+/// The last picture is held for a second. Players need even widths and heights: adds a column or a row if necessary.
+const EVEN: &str = "tpad=stop_mode=clone:stop_duration=1,pad=ceil(iw/2)*2:ceil(ih/2)*2";
 /// The number of bytes of the encoder's output in a message.
 const SAID: usize = 600;
 

@@ -262,7 +262,7 @@ impl Painter<'_> {
             backdrop.draw(&mut image, &view, camera, inks[0], inks[1]);
             if self.frames.words {
                 caption::state(&mut image, state, inks);
-                caption::legend(&mut image, self.frames.colour, scale, inks);
+                caption::legend(&mut image, (self.frames.colour, scale), &backdrop.groups, inks);
             }
             Ok::<_, RenderError>(image)
         };

@@ -1,7 +1,7 @@
 //! A bar of a round length with its number, in the lower left corner.
 
 use super::Image;
-use super::text::{self, GLYPH};
+use super::text;
 
 /// The largest length of the bar over the picture's width.
 pub(super) const LONGEST: f64 = 0.16;
@@ -16,9 +16,10 @@ pub(super) fn draw(image: &mut Image, pixels_per_length: f64, ink: [u8; 3], pape
     for x in [left, left + bar.saturating_sub(dot)] {
         marks.push([x, bottom - 5 * dot, dot, 5 * dot]);
     }
-    let start = left + (bar / 2).saturating_sub(text::width(&label, dot) / 2);
-    marks.extend(text::marks(&label, start, bottom - (7 + GLYPH[1]) * dot, dot));
     text::draw(image, &marks, dot, ink, paper);
+    let em = text::em(image);
+    let start = left + (bar / 2).saturating_sub(text::width(&label, em) / 2);
+    text::write(image, &label, [start, bottom.saturating_sub(8 * dot + text::height(em))], em, [ink, paper]);
 }
 
 /// The largest of 1, 2 and 5 times a power of ten that is at most `longest`, and its text.

@@ -1,60 +1,21 @@
-//! Text and marks in a picture, in a built-in dot font, without fonts of the machine.
+//! Text and marks in a picture: the letters of the program's own font, as large as the picture asks.
 
 use super::Image;
+use crate::page::{outline, width_of};
+use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, Pixmap, Stroke, Transform};
 
-/// Dots of a glyph: rows of five bits, the leftmost highest.
-pub(super) const GLYPH: [usize; 2] = [5, 7];
-/// Dots from one glyph to the next.
-const ADVANCE: usize = GLYPH[0] + 1;
-/// A dot has one more pixel per side for every this many rows of the picture.
+/// A mark has one more pixel per side for every this many rows of the picture.
 const ROWS_A_DOT: u32 = 540;
+/// Rows of the picture to a letter's em: 14 pixels in a picture of 540 rows, as in captions of figures.
+const ROWS_AN_EM: f32 = 540.0 / 14.0;
+/// The least em in pixels that can be read.
+const LEAST_EM: f32 = 12.0;
+/// The height of capitals and digits, in parts of an em: that of Roboto.
+const CAPITAL: f32 = 0.711;
+/// The width of the paper around letters, in parts of an em.
+const RIM: f32 = 0.35;
 /// Pictures narrower or lower than this, in pixels, have no text.
 const LEAST_SIDE: u32 = 160;
-
-const GLYPHS: [(char, [u8; GLYPH[1]]); 42] = [
-    ('0', [14, 17, 17, 17, 17, 17, 14]),
-    ('1', [4, 12, 4, 4, 4, 4, 14]),
-    ('2', [14, 17, 1, 6, 8, 16, 31]),
-    ('3', [14, 17, 1, 6, 1, 17, 14]),
-    ('4', [2, 6, 10, 18, 31, 2, 2]),
-    ('5', [31, 16, 30, 1, 1, 17, 14]),
-    ('6', [14, 16, 16, 30, 17, 17, 14]),
-    ('7', [31, 1, 2, 2, 4, 4, 4]),
-    ('8', [14, 17, 17, 14, 17, 17, 14]),
-    ('9', [14, 17, 17, 15, 1, 1, 14]),
-    ('.', [0, 0, 0, 0, 0, 4, 4]),
-    ('-', [0, 0, 0, 14, 0, 0, 0]),
-    ('+', [0, 4, 4, 31, 4, 4, 0]),
-    ('=', [0, 0, 31, 0, 31, 0, 0]),
-    ('>', [8, 4, 2, 1, 2, 4, 8]),
-    (' ', [0; GLYPH[1]]),
-    ('a', [0, 0, 14, 1, 15, 17, 15]),
-    ('b', [16, 16, 30, 17, 17, 17, 30]),
-    ('c', [0, 0, 14, 16, 16, 17, 14]),
-    ('d', [1, 1, 15, 17, 17, 17, 15]),
-    ('e', [0, 0, 14, 17, 31, 16, 14]),
-    ('f', [6, 9, 8, 28, 8, 8, 8]),
-    ('g', [0, 0, 15, 17, 15, 1, 14]),
-    ('h', [16, 16, 30, 17, 17, 17, 17]),
-    ('i', [4, 0, 12, 4, 4, 4, 14]),
-    ('j', [2, 0, 6, 2, 2, 18, 12]),
-    ('k', [16, 16, 18, 20, 24, 20, 18]),
-    ('l', [12, 4, 4, 4, 4, 4, 14]),
-    ('m', [0, 0, 26, 21, 21, 21, 21]),
-    ('n', [0, 0, 30, 17, 17, 17, 17]),
-    ('o', [0, 0, 14, 17, 17, 17, 14]),
-    ('p', [0, 0, 30, 17, 30, 16, 16]),
-    ('q', [0, 0, 15, 17, 15, 1, 1]),
-    ('r', [0, 0, 22, 25, 16, 16, 16]),
-    ('s', [0, 0, 15, 16, 14, 1, 30]),
-    ('t', [8, 8, 28, 8, 8, 9, 6]),
-    ('u', [0, 0, 17, 17, 17, 19, 13]),
-    ('v', [0, 0, 17, 17, 17, 10, 4]),
-    ('w', [0, 0, 17, 17, 21, 21, 10]),
-    ('x', [0, 0, 17, 10, 4, 10, 17]),
-    ('y', [0, 0, 17, 17, 15, 1, 14]),
-    ('z', [0, 0, 31, 2, 4, 8, 31]),
-];
 
 /// Left, top, width and height in pixels.
 pub(super) type Mark = [usize; 4];
@@ -64,24 +25,55 @@ pub(super) fn dot(image: &Image) -> Option<usize> {
     (image.width.min(image.height) >= LEAST_SIDE).then(|| (image.height / ROWS_A_DOT).max(1) as usize)
 }
 
-/// The width of a text in pixels.
-pub(super) fn width(text: &str, dot: usize) -> usize {
-    (text.chars().count() * ADVANCE * dot).saturating_sub(dot)
+/// The em of a picture's text in pixels.
+pub(super) fn em(image: &Image) -> f32 {
+    (image.height as f32 / ROWS_AN_EM).max(LEAST_EM)
 }
 
-/// The marks of a text whose first letter's top left corner is at `left` and `top`. A letter that the font lacks is
-/// blank.
-pub(super) fn marks(text: &str, left: usize, top: usize, dot: usize) -> Vec<Mark> {
-    let mut marks = Vec::new();
-    for (k, letter) in text.chars().enumerate() {
-        let Some((_, rows)) = GLYPHS.iter().find(|(glyph, _)| *glyph == letter) else { continue };
-        for (row, bits) in rows.iter().enumerate() {
-            for column in (0..GLYPH[0]).filter(|c| bits >> (GLYPH[0] - 1 - c) & 1 == 1) {
-                marks.push([left + (k * ADVANCE + column) * dot, top + row * dot, dot, dot]);
-            }
+/// The width of a text in pixels.
+pub(super) fn width(text: &str, em: f32) -> usize {
+    width_of(text, em).ceil() as usize
+}
+
+/// The height of its capitals in pixels.
+pub(super) fn height(em: f32) -> usize {
+    (CAPITAL * em).round() as usize
+}
+
+/// Writes a text whose capitals' top left corner is at `left` and `top` in `ink`, on a rim of `paper` so that it is
+/// legible over bodies.
+pub(super) fn write(image: &mut Image, text: &str, [left, top]: [usize; 2], em: f32, [ink, paper]: [[u8; 3]; 2]) {
+    let (rim, high) = ((RIM * em).ceil() as usize, height(em));
+    // Descenders, too.
+    let (wide, tall) = (width(text, em) + 2 * rim, high + 2 * rim + em as usize / 3);
+    let Some(path) = outline(text, em) else { return };
+    let Some(mut pixels) = Pixmap::new(wide as u32, tall as u32) else { return };
+    let place = Transform::from_translate(rim as f32, (rim + high) as f32);
+    let rounded = Stroke { width: RIM * em, line_join: LineJoin::Round, ..Stroke::default() };
+    for (colour, stroke) in [(paper, Some(&rounded)), (ink, None)] {
+        put(&mut pixels, &path, colour, stroke, place);
+    }
+    let columns = image.width as usize;
+    for (k, pixel) in pixels.pixels().iter().enumerate() {
+        let (x, y) = ((left + k % wide).wrapping_sub(rim), (top + k / wide).wrapping_sub(rim));
+        if x >= columns || y >= image.height as usize {
+            continue;
+        }
+        let kept = 255 - u32::from(pixel.alpha());
+        let own = [pixel.red(), pixel.green(), pixel.blue()];
+        for (below, own) in image.pixels[3 * (y * columns + x)..][..3].iter_mut().zip(own) {
+            *below = (u32::from(own) + (u32::from(*below) * kept + 127) / 255).min(255) as u8;
         }
     }
-    marks
+}
+
+fn put(pixels: &mut Pixmap, path: &Path, [r, g, b]: [u8; 3], stroke: Option<&Stroke>, place: Transform) {
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    paint.set_color(Color::from_rgba8(r, g, b, 255));
+    match stroke {
+        Some(stroke) => pixels.stroke_path(path, &paint, stroke, place, None),
+        None => pixels.fill_path(path, &paint, FillRule::Winding, place, None),
+    }
 }
 
 /// Draws marks in `ink`, edged by `paper` so that they are legible over bodies.
@@ -120,16 +112,35 @@ pub(super) fn number(value: f64, digits: usize) -> String {
 mod tests {
     use super::*;
 
-    #[test]
-    fn glyphs_are_all_different() {
-        for (k, (letter, rows)) in GLYPHS.iter().enumerate() {
-            assert!(GLYPHS[..k].iter().all(|(other, drawn)| other != letter && drawn != rows), "{letter}");
-            assert!(rows.iter().all(|row| row >> GLYPH[0] == 0));
-        }
+    fn blank(width: u32, height: u32) -> Image {
+        Image { width, height, pixels: vec![255; (3 * width * height) as usize], alpha: None }
     }
 
     #[test]
-    fn numbers_are_short_and_have_glyphs() {
+    fn letters_are_as_large_as_the_picture_asks_and_stand_where_they_are_put() {
+        for scale in [1_u32, 2, 4] {
+            let mut image = blank(400 * scale, 540 * scale);
+            let em = em(&image);
+            write(&mut image, "H0l", [20 * scale as usize; 2], em, [[0; 3], [255; 3]]);
+            let dark = |x: u32, y: u32| image.pixel(x, y).is_some_and(|[r, ..]| r < 128);
+            let inked: Vec<(u32, u32)> = (0..image.height)
+                .flat_map(|y| (0..image.width).map(move |x| (x, y)))
+                .filter(|(x, y)| dark(*x, *y))
+                .collect();
+            let span = |of: fn(&(u32, u32)) -> u32| {
+                let all = || inked.iter().map(of);
+                (all().min().unwrap(), all().max().unwrap() + 1)
+            };
+            let ((left, right), (top, bottom)) = (span(|at| at.0), span(|at| at.1));
+            let near = |a: u32, b: u32| a.abs_diff(b) <= 2 * scale;
+            assert!(near(left, 21 * scale) && near(right, 20 * scale + width("H0l", em) as u32), "{left} {right}");
+            assert!(near(top, 20 * scale) && near(bottom, 20 * scale + height(em) as u32), "{top} {bottom}");
+        }
+        assert_eq!(em(&blank(400, 300)), LEAST_EM);
+    }
+
+    #[test]
+    fn numbers_are_short() {
         for (value, expected) in [
             (0.0, "0"),
             (1.0, "1"),
@@ -139,17 +150,15 @@ mod tests {
             (2.5e-7, "2.5e-7"),
             (-3.0e9, "-3e9"),
         ] {
-            let text = number(value, 4);
-            assert_eq!(text, expected);
-            assert!(text.chars().all(|letter| GLYPHS.iter().any(|(glyph, _)| *glyph == letter)));
+            assert_eq!(number(value, 4), expected);
         }
     }
 
     #[test]
     fn what_is_outside_the_picture_is_left_out() {
         let mut image = Image { width: 20, height: 10, pixels: vec![255; 600], alpha: None };
-        let far = marks("wide words", 15, 5, 1);
-        draw(&mut image, &far, 1, [0; 3], [200; 3]);
+        write(&mut image, "wide words", [15, 8], 12.0, [[0; 3], [255; 3]]);
+        assert!((0..14).all(|x| (0..10).all(|y| image.pixel(x, y) == Some([255; 3]))));
         draw(&mut image, &[[0, 0, 2, 2]], 3, [0; 3], [200; 3]);
         assert_eq!(
             (image.pixel(1, 1), image.pixel(4, 4), image.pixel(6, 6)),

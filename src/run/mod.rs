@@ -4,6 +4,7 @@ mod branch;
 mod error;
 #[cfg(feature = "mpi")]
 mod follow;
+mod hand;
 mod measured;
 mod memory;
 mod own;

@@ -4,7 +4,7 @@
 use super::{Measures, Run, RunError, write_scene};
 use crate::error::Error;
 use crate::record::{Folder, Header, all_differing_keys, scene_hash};
-use crate::scene::Scene;
+use crate::scene::{KeyChange, Scene};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -20,7 +20,15 @@ impl Run {
     /// What [`Simulation::add_change`](crate::Simulation::add_change) refuses, which changes nothing. A file that
     /// cannot be written; the run must not go on then.
     pub fn change(&mut self, set: BTreeMap<String, Value>) -> Result<(), Error> {
-        self.simulation.add_change(set)?;
+        self.change_by(KeyChange::new(self.simulation.time(), set))
+    }
+
+    /// The same of a change that may also remove and add bodies; its time becomes the present one.
+    ///
+    /// # Errors
+    /// As [`Run::change`], and ids that no body has.
+    pub fn change_by(&mut self, change: KeyChange) -> Result<(), Error> {
+        self.simulation.add_key_change(change)?;
         self.scene_hash = scene_hash(self.simulation.whole_scene());
         // In this order: a scene whose last change lies at or after the checkpoint is known again.
         self.write_own_scene()?;

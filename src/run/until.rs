@@ -7,7 +7,9 @@ use crate::scene::Scene;
 /// The recorded scene with a later end and the same interval of states; or the reason why this is not possible, with a
 /// remedy.
 pub(super) fn extended(scene: &Scene, taken: u64, until: f64) -> Result<Scene, String> {
-    let (time, last) = (scene.time, scene.time.steps());
+    // Changes may have set other steps than those of the scene.
+    let time = scene.steps_before(taken);
+    let last = time.steps();
     // NaN is not a later time.
     if until < time.end || until.is_nan() {
         return Err(format!("its end is at time {}; name a later one, not {}", exact(time.end), exact(until)));

@@ -7,30 +7,49 @@
 
 use super::error::{FaultKind, SceneError};
 use super::set::Override;
-use super::{Scene, Wall, read};
+use super::{Body, Scene, Wall, read};
 use crate::digits::{exact, few};
 use crate::step::Time;
 use glam::DQuat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
-/// Other values of keys from a time on.
+/// Other values of keys from a time on, and bodies that leave and come then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct KeyChange {
-    /// The values hold from the first step on that begins at or after this time.
+    /// It acts from the first step on that begins at or after this time.
     pub at: f64,
     /// The new values by their dotted keys, as `--set` has them: `{ "growth.rate": 0.5, "time.dt": 0.01 }`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub set: BTreeMap<String, Value>,
+    /// The ids of bodies that are taken out, with their bonds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remove: Vec<u64>,
+    /// Bodies that are placed, as in `bodies`, in groups of the scene. They get the next free ids. Where they overlap
+    /// others, the next step parts them first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub add: Vec<Body>,
 }
 
 impl KeyChange {
     /// At the time `at`, these values of dotted keys.
     pub fn new(at: f64, set: impl IntoIterator<Item = (String, Value)>) -> Self {
-        KeyChange { at, set: set.into_iter().collect() }
+        KeyChange { at, set: set.into_iter().collect(), remove: Vec::new(), add: Vec::new() }
+    }
+
+    /// The same, and these bodies leave and come.
+    #[must_use]
+    pub fn with_bodies(self, remove: Vec<u64>, add: Vec<Body>) -> Self {
+        KeyChange { remove, add, ..self }
+    }
+
+    /// Whether bodies leave or come.
+    pub(crate) fn is_of_bodies(&self) -> bool {
+        !(self.remove.is_empty() && self.add.is_empty())
     }
 }
 
@@ -119,10 +138,27 @@ impl Scene {
         scene.time.start = self.time.start;
         scene.check_without_changes().map_err(under)?;
         scene.time = scene.time.continuing(&before.time, step);
+        scene.check_bodies_of(change, index, before.time.after(step))?;
         if let Some((wall, why)) = scene.jump_from(before, before.time.after(step)) {
             return Err(under(SceneError::bad(format!("walls.{wall}"), why)));
         }
         Ok(Changed { scene, step, keeps_multipliers: !change.set.keys().any(|key| is_of_contacts(key)) })
+    }
+
+    /// The bodies that a change removes and adds at a time, as far as a scene knows of them.
+    fn check_bodies_of(&self, change: &KeyChange, index: usize, time: f64) -> Result<(), SceneError> {
+        if !change.is_of_bodies() {
+            return Ok(());
+        }
+        let mut seen = HashSet::new();
+        if let Some(twice) = change.remove.iter().position(|id| !seen.insert(id)) {
+            let why = format!("names the body {} a second time", change.remove[twice]);
+            return Err(SceneError::bad(format!("changes.{index}.remove.{twice}"), why));
+        }
+        self.check_added(&change.add, time, 0).map_err(|fault| match fault.key().strip_prefix("bodies") {
+            Some(rest) => SceneError::new(fault.kind(), format!("changes.{index}.add{rest}"), fault.message()),
+            None => fault.under(&format!("changes.{index}.add")),
+        })
     }
 
     /// A wall that moves in one of two scenes and would jump if this one followed the other at a time, and by how much.
@@ -177,9 +213,14 @@ impl Scene {
 
     /// The time after these steps. Changes that are not valid are left out.
     pub(crate) fn time_after(&self, step: u64) -> f64 {
+        self.steps_before(step).after(step)
+    }
+
+    /// The steps by which the state after so many of them was made. Changes that are not valid are left out.
+    pub(crate) fn steps_before(&self, step: u64) -> Time {
         // The state before a change that is due at it has the time of the steps before.
         let last = self.all_changed().take_while(|changed| changed.step < step).last();
-        last.map_or(self.time, |changed| changed.scene.time).after(step)
+        last.map_or(self.time, |changed| changed.scene.time)
     }
 
     /// The scene by which the state after these steps was made, with the changes before it.
@@ -282,6 +323,43 @@ mod tests {
     }
 
     #[test]
+    fn the_table_of_keys_in_the_guide_is_that_of_the_code() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/guide.md");
+        let guide = std::fs::read_to_string(path).unwrap();
+        let rows = guide.split("| key | a change during a run |").nth(1).unwrap();
+        let mut told = BTreeMap::new();
+        for row in rows.lines().skip(2).take_while(|line| line.starts_with('|')) {
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            let keys = cells[1].split('`').skip(1).step_by(2);
+            keys.for_each(|key| assert_eq!(told.insert(key.to_owned(), cells[2].to_owned()), None, "{key}"));
+        }
+        let schema = super::super::schema();
+        let schema = serde_json::to_value(schema).unwrap();
+        let keys: Vec<&String> = schema["properties"].as_object().unwrap().keys().collect();
+        for key in &keys {
+            let says = told.get(*key).unwrap_or_else(|| panic!("docs/guide.md does not tell of {key}"));
+            match says.split([',', ' ']).next() {
+                Some("yes") => assert!(may_change(key), "{key}"),
+                Some("no") => assert!(!may_change(key), "{key}"),
+                _ => assert!(["time", "bonds", "joints"].contains(&key.as_str()), "{key}"),
+            }
+        }
+        assert!(told.keys().all(|key| keys.contains(&key)), "{told:?}");
+        for (key, may) in [
+            ("time.dt", true),
+            ("time.stepping", true),
+            ("time.end", false),
+            ("time.start", false),
+            ("solver.dump", false),
+            ("solver.kind", true),
+            ("bonds.0.stiffness", true),
+            ("bonds.0.at", false),
+        ] {
+            assert_eq!(may_change(key), may, "{key}");
+        }
+    }
+
+    #[test]
     fn what_cannot_change_is_refused_with_its_key() {
         let parse = |changes: &str| {
             let text = format!(
@@ -302,6 +380,28 @@ mod tests {
             (r#"[{"at": 1, "set": {}}, {"at": 0.5, "set": {}}]"#, "changes.1.at"),
             (r#"[{"at": 1, "set": {"walls.0.half_space.motion.velocity": [0, 0, 2]}}]"#, "changes.0.set.walls.0"),
             (r#"[{"at": 1, "sets": {}}]"#, "changes.0.sets"),
+            (r#"[{"at": 1, "remove": [3, 0, 3]}]"#, "changes.0.remove.2"),
+            (r#"[{"at": 1, "remove": ["0"]}]"#, "changes.0.remove.0"),
+            (
+                r#"[{"at": 1, "add": [{"shape": {"sphere": {"radius": -1}}, "position": [0, 0, 0]}]}]"#,
+                "changes.0.add.0.shape.sphere.radius",
+            ),
+            (
+                r#"[{"at": 1, "add": [{"shape": {"sphere": {"radius": 1}}, "position": [0, 0, -12]}]}]"#,
+                "changes.0.add.0.position",
+            ),
+            (
+                r#"[{"at": 1, "add": [{"shape": {"sphere": {"radius": 1}}, "position": [0, 0, 0], "group": "a"}]}]"#,
+                "changes.0.add.0.group",
+            ),
+            (
+                r#"[{"at": 1, "add": [{"shape": {"sphere": {"radius": 1}}, "position": [0, 0, 0], "fixed": true}]}]"#,
+                "changes.0.add.0.fixed",
+            ),
+            (
+                r#"[{"at": 1, "set": {"forces": [{"pull": {"body": 0, "target": [0, 0, 0], "stiffness": 1e3}}]}}]"#,
+                "forces.0.pull.stiffness",
+            ),
         ] {
             let refused = parse(changes).unwrap_err();
             assert!(refused.key().ends_with(key), "{changes}: {refused}");

@@ -67,6 +67,8 @@ pub(crate) use read::{Source, is_bare};
 pub use reference::reference;
 #[cfg(feature = "files")]
 pub(crate) use set::Override;
+#[cfg(feature = "files")]
+pub use tree::parse_json;
 pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_NUMBER, SMALLEST_QUATERNION};
 #[cfg(feature = "files")]
 pub use write::schema;

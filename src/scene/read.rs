@@ -374,6 +374,10 @@ const LISTS: &[&str] = &[
     "repeat",
     "offset",
     "start",
+    "target",
+    "point",
+    "add",
+    "remove",
 ];
 
 /// The key whose object has values of any type, by dotted keys.

@@ -13,6 +13,21 @@ impl<'de> Deserialize<'de> for Tree {
     }
 }
 
+/// The JSON value of a text. A key that an object has twice is refused, as in scenes.
+///
+/// ```
+/// use relcp::scene::parse_json;
+/// assert_eq!(parse_json(br#"{"a": [1]}"#)?["a"][0], 1);
+/// assert!(parse_json(br#"{"a": 1, "a": 2}"#).is_err());
+/// # Ok::<(), serde_json::Error>(())
+/// ```
+///
+/// # Errors
+/// The text is not JSON, or has a repeated key.
+pub fn parse_json(text: &[u8]) -> Result<Value, serde_json::Error> {
+    serde_json::from_slice::<Tree>(text).map(|tree| tree.0)
+}
+
 struct TreeVisitor;
 
 impl<'de> Visitor<'de> for TreeVisitor {

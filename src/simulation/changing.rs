@@ -1,11 +1,13 @@
 //! The changes of a scene during its simulation.
 
+use super::change::{Change, ChangeError, Limits, Which};
 use super::{Compute, Simulation};
 use crate::error::Error;
 use crate::scene::changes::Changed;
 use crate::scene::{KeyChange, Scene};
 use crate::step::{Fault, State};
 use serde_json::Value;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// What a simulation needs of its scene's changes.
@@ -44,6 +46,15 @@ impl Changing {
     }
 }
 
+/// The state with the bodies that a change removes and adds; `scene` has the values of the change.
+fn edited<'s>(scene: &Scene, state: Cow<'s, State>, change: &KeyChange) -> Result<Cow<'s, State>, ChangeError> {
+    if !change.is_of_bodies() {
+        return Ok(state);
+    }
+    let edits = Change::new().remove_bodies(Which::Ids(change.remove.clone())).add_bodies(change.add.clone());
+    Ok(Cow::Owned(Limits::of(scene).apply(scene, &state, &edits)?.state))
+}
+
 impl Simulation {
     /// The scene with which the simulation was started: [`Simulation::scene`] before its changes.
     pub fn whole_scene(&self) -> &Scene {
@@ -68,6 +79,28 @@ impl Simulation {
         scene
     }
 
+    /// The state that the next step begins with: with the bodies that changes remove and add at the present state.
+    ///
+    /// # Errors
+    /// [`Fault::Device`] if the device does not respond; [`Fault::Change`] if the next step would fail so.
+    pub fn coming_state(&self) -> Result<Cow<'_, State>, Fault> {
+        let (mut scene, mut state, step) = (Cow::Borrowed(&self.scene), Cow::Borrowed(self.state()?), self.steps());
+        let whole = self.whole_scene();
+        let coming = &whole.changes[self.changes_made()..];
+        if !coming.iter().any(KeyChange::is_of_bodies) {
+            return Ok(state);
+        }
+        for index in self.changes_made()..whole.changes.len() {
+            match whole.changed(&scene, index, step) {
+                Ok(changed) if changed.step <= step => scene = Cow::Owned(changed.scene),
+                _ => break,
+            }
+            let refuse = |fault: ChangeError| Fault::Change { step, what: format!("changes.{index}: {fault}") };
+            state = edited(&scene, state, &whole.changes[index]).map_err(refuse)?;
+        }
+        Ok(state)
+    }
+
     /// Adds a change to those of the scene: other values of dotted keys, from the present state on. The simulation then
     /// has the bits of one that was started with this change.
     ///
@@ -85,6 +118,14 @@ impl Simulation {
     /// What the scene refuses, a device that does not support the changed scene, or bodies that its method does not
     /// support; nothing is changed then.
     pub fn add_change(&mut self, set: BTreeMap<String, Value>) -> Result<(), Error> {
+        self.add_key_change(KeyChange::new(self.time(), set))
+    }
+
+    /// The same of a change that may also remove and add bodies; its time becomes the present one.
+    ///
+    /// # Errors
+    /// As [`Simulation::add_change`], and ids that no body has.
+    pub fn add_key_change(&mut self, change: KeyChange) -> Result<(), Error> {
         let (made, step, time) = (self.changes_made(), self.steps(), self.time());
         if self.compute.is_shared() {
             let what = "a run on several processes cannot be changed".into();
@@ -93,22 +134,28 @@ impl Simulation {
         let mut whole = self.whole_scene().clone();
         // After those that are due at this state already.
         let place = whole.changes.partition_point(|change| change.at <= time).max(made);
-        whole.changes.insert(place, KeyChange::new(time, set));
-        whole.validate()?;
-        if self.device().is_some() {
-            Compute::check(&whole)?;
-        }
+        whole.changes.insert(place, KeyChange { at: time, ..change });
         let mut before = self.scene.clone();
         // That of the whole run, where a change of the step size moves `time.start`.
         before.output.every = before.output_every();
         before.changes.clone_from(&whole.changes);
         let due = whole.changed(&before, made, step)?.step;
-        let mut scene = before.clone();
+        let (mut scene, mut state) = (before.clone(), Cow::Borrowed(self.state()?));
         for index in made..=place {
             scene = whole.changed(&scene, index, step)?.scene;
+            state = edited(&scene, state, &whole.changes[index])?;
+        }
+        // Those that are to come must still be valid; those that were made are.
+        let (mut later, mut from) = (scene.clone(), step);
+        for index in place + 1..whole.changes.len() {
+            let changed = whole.changed(&later, index, from)?;
+            (later, from) = (changed.scene, changed.step);
+        }
+        if self.device().is_some() {
+            Compute::check(&whole)?;
         }
         // What a scene cannot know shows when its backend starts.
-        Simulation::start_plain(&self.compute, scene, self.state()?.clone())?;
+        Simulation::start_plain(&self.compute, scene, state.into_owned())?;
         self.scene = before;
         self.changing = Some(Box::new(Changing { whole, made, due: Some(due) }));
         Ok(())
@@ -144,7 +191,8 @@ impl Simulation {
             true => Some(of(&scene, made + 1)?.step),
             false => None,
         };
-        let mut state = self.state()?.clone();
+        let edited = edited(&scene, Cow::Borrowed(self.state()?), &whole.changes[made]);
+        let mut state = edited.map_err(|fault| refuse(format!("changes.{made}: {fault}")))?.into_owned();
         if !keeps_multipliers {
             state.warm.clear();
         }

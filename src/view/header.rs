@@ -2,7 +2,7 @@
 
 use super::columns::{Block, Column};
 use super::select::Chosen;
-use super::steps::Steps;
+use super::steps::{Measures, Steps, Tables};
 use super::values::given;
 use super::{Errors, Packer, Pages, Viewed};
 use crate::measure::Frame;
@@ -13,15 +13,22 @@ use crate::scene::Scene;
 use crate::walls::{Moved, Wall};
 use glam::DQuat;
 use serde::Serialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
+
+/// The most bonds that a state of a run that goes on tells again: some 100 kB.
+const MOST_LIVE_BONDS: usize = 1_000;
 
 /// The document.
 #[derive(Serialize)]
 pub(super) struct Header {
     name: String,
+    version: &'static str,
+    /// The numbers of the scene by their dotted keys.
+    parameters: Vec<(String, Value)>,
     planar: bool,
-    /// The initial colour quantity.
-    colour: &'static str,
+    /// The initial colour quantity, if one was chosen.
+    colour: Option<&'static str>,
     /// Length of a step of centres.
     length_step: f64,
     /// The middle of all centres: in steps, and as a place.
@@ -30,11 +37,14 @@ pub(super) struct Header {
     groups: Vec<String>,
     periods: [Option<f64>; 3],
     walls: Vec<Wall>,
+    /// The bonds between bodies with these ids, from a point of each in its axes.
+    bonds: Vec<([u64; 2], [[f64; 3]; 2])>,
     quantities: Vec<Told>,
     measured: Vec<&'static str>,
     table: Shared,
     states: Vec<StateHeader>,
     steps: Option<Steps>,
+    measures: Option<Measures>,
     contacts_left_out: String,
     errors: Errors,
     about: Vec<String>,
@@ -73,6 +83,9 @@ pub(super) struct StateHeader {
     /// What it does not tell, and why.
     pub missing: BTreeMap<&'static str, String>,
     pub columns: Vec<Column>,
+    /// Which of the scene's bonds are broken.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    broken_bonds: Vec<u32>,
     /// The periods of space then, where they change.
     #[serde(skip_serializing_if = "Option::is_none")]
     periods: Option<[Option<f64>; 3]>,
@@ -98,7 +111,13 @@ struct WallPlace {
 impl StateHeader {
     /// Of a state, without columns yet.
     pub fn new(state: &Snapshot) -> StateHeader {
-        StateHeader { step: state.step, time: state.time, bodies: state.bodies.len(), ..StateHeader::default() }
+        StateHeader {
+            step: state.step,
+            time: state.time,
+            bodies: state.bodies.len(),
+            broken_bonds: state.bodies.broken_bonds.clone(),
+            ..StateHeader::default()
+        }
     }
 
     /// Tells where the walls are, if any moves.
@@ -127,7 +146,7 @@ impl Header {
         scene: Option<&Scene>,
         chosen: &Chosen,
         packer: &Packer,
-        steps: Option<Steps>,
+        tables: Tables,
         viewed: &Viewed,
     ) -> Header {
         let told = |quantity: &Quantity| packer.told(*quantity);
@@ -142,22 +161,26 @@ impl Header {
             let of = |tilt: Tilt| (tilt.direction.index(), tilt.gradient.index(), tilt.offset);
             states.iter_mut().for_each(|state| state.tilt = cell.at(state.time).tilt().map(of));
         }
-        let there = quantities.iter().any(|told| told.name == pages.colour.name() && told.missing.is_none());
+        let there = |name: &str| quantities.iter().any(|told| told.name == name && told.missing.is_none());
         Header {
             name: name.into(),
+            version: env!("CARGO_PKG_VERSION"),
+            parameters: scene.map(Scene::adjustable).unwrap_or_default(),
             planar: frame.planar,
-            colour: if there { pages.colour } else { Quantity::default() }.name(),
+            colour: pages.colour.map(|colour| colour.name()).filter(|name| there(name)),
             length_step: chosen.grid.step,
             middle: chosen.grid.middle,
             origin: chosen.grid.origin().to_array(),
             groups: scene.map(Scene::group_names).unwrap_or_default(),
             periods: chosen.periods,
             walls: scene.map(|scene| scene.walls.clone()).unwrap_or_default(),
+            bonds: scene.map(bonds).unwrap_or_default(),
             quantities,
             measured: given(),
             table: Shared { bodies: packer.table.len(), columns: packer.table.block().layout() },
             states,
-            steps,
+            steps: tables.steps,
+            measures: tables.measures,
             contacts_left_out:
                 "This state has too many contacts for a page. A page of fewer states, or of this one alone, has them."
                     .into(),
@@ -170,6 +193,11 @@ impl Header {
 impl Header {
     /// The same of a run that goes on.
     pub fn live(mut self) -> Header {
+        // Its page has fields for them.
+        self.parameters.clear();
+        if self.bonds.len() > MOST_LIVE_BONDS {
+            self.bonds.clear();
+        }
         if let Some(first) = self.about.first_mut() {
             let version = env!("CARGO_PKG_VERSION");
             *first = format!("Shown by relcp {version} while the run goes on. The page asks this program alone.");
@@ -193,6 +221,11 @@ impl Packer {
     pub fn shared(&self) -> Block {
         self.table.block()
     }
+}
+
+/// The bonds of a scene, of joints too.
+fn bonds(scene: &Scene) -> Vec<([u64; 2], [[f64; 3]; 2])> {
+    scene.bonds().ends()
 }
 
 /// What a quantity tells, in short.

@@ -81,7 +81,8 @@ impl Live {
         if self.changes != simulation.changes_made() {
             (self.behind, self.changes) = (Behind::of(simulation), simulation.changes_made());
         }
-        let state = simulation.state()?;
+        // A change may remove and add bodies before the next step.
+        let state = simulation.coming_state()?;
         let state = Snapshot {
             step: state.step,
             time: simulation.time(),
@@ -127,7 +128,7 @@ impl Taken {
             Some(scene),
             &chosen,
             &packer,
-            None,
+            super::steps::Tables::default(),
             &viewed,
         );
         let document = page::json(&shown.live())?;

@@ -9,7 +9,7 @@
 //! * `bodies`: what all states share of a body: its id, parent, birth, generation, group, shape and sizes;
 //! * `values`: the colour quantity;
 //! * `contacts`: contacts with their forces;
-//! * `steps`: the run's `steps.csv`, thinned;
+//! * `steps`: the run's `steps.csv` and `measures.csv`, thinned;
 //! * `columns`: how numbers become bytes, and those the text in the page;
 //! * `header`: the description of all these data; `page`: the file;
 //! * `live`: the same of a run that goes on, state by state.
@@ -45,13 +45,14 @@ use rayon::prelude::*;
 use select::Chosen;
 use serde::Serialize;
 use std::path::Path;
+use steps::Tables;
 use values::{Measured, Scales};
 
 /// Which states a page has, and what it shows at first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pages {
-    /// The initial colour quantity.
-    pub colour: Quantity,
+    /// The initial colour quantity; none: one that shows something of these bodies.
+    pub colour: Option<Quantity>,
     /// Every Nth state, from the first of the interval on.
     pub every: usize,
     /// The first time.
@@ -62,7 +63,7 @@ pub struct Pages {
 
 impl Default for Pages {
     fn default() -> Self {
-        Pages { colour: Quantity::default(), every: 1, from: f64::NEG_INFINITY, to: f64::INFINITY }
+        Pages { colour: None, every: 1, from: f64::NEG_INFINITY, to: f64::INFINITY }
     }
 }
 
@@ -129,8 +130,8 @@ pub fn page_of_run(
     let source = source.as_ref();
     let frame = Frame::of(source, states)?;
     let scene = scene_behind(source)?.map(|(scene, _)| scene);
-    let steps = steps::read(source, pages);
-    Joined { states, frame, scene: scene.as_ref(), steps, pages }.page(watch)
+    let tables = Tables::read(source, pages);
+    Joined { states, frame, scene: scene.as_ref(), tables, pages }.page(watch)
 }
 
 /// The page of one state of `scene`, in UTF-8, such as that of a simulation between two steps.
@@ -151,7 +152,7 @@ pub fn page_of_run(
 pub fn page_of_state(scene: &Scene, state: Snapshot, pages: &Pages) -> Result<(Vec<u8>, Viewed), RenderError> {
     let states = States::single(&scene.name, state);
     let frame = Frame::of_scene(scene, scene.name.clone());
-    Joined { states: &states, frame, scene: Some(scene), steps: (None, None), pages }.page(&mut |_, _| true)
+    Joined { states: &states, frame, scene: Some(scene), tables: Tables::default(), pages }.page(&mut |_, _| true)
 }
 
 /// What a page is made of.
@@ -159,19 +160,18 @@ struct Joined<'a> {
     states: &'a States,
     frame: Frame,
     scene: Option<&'a Scene>,
-    /// The plot of steps, and what is to be said of it.
-    steps: (Option<steps::Steps>, Option<String>),
+    tables: Tables,
     pages: &'a Pages,
 }
 
 impl Joined<'_> {
     fn page(self, watch: Watch<'_>) -> Result<(Vec<u8>, Viewed), RenderError> {
-        let Joined { states, frame, scene, steps: (steps, lost), pages } = self;
+        let Joined { states, frame, scene, tables, pages } = self;
         let chosen = Chosen::of(states, pages, &mut *watch)?;
         let walls = scene.map_or_else(Walls::default, |scene| Walls::new(&scene.walls, frame.planar));
         let mut packer = Packer::new(&chosen);
         let mut notes = states.notes().to_vec();
-        notes.extend(lost);
+        notes.extend(tables.notes.iter().cloned());
         for part in chosen.indices.chunks(rayon::current_num_threads().max(1)) {
             if !watch(packer.headers.len(), chosen.indices.len()) {
                 return Err(RenderError::Stopped { done: packer.headers.len(), all: chosen.indices.len() });
@@ -186,7 +186,7 @@ impl Joined<'_> {
         notes.extend(packer.notes());
         let viewed =
             Viewed { bytes: 0, states: chosen.indices.len(), bodies: chosen.most, errors: packer.errors, notes };
-        let header = Header::new(states.name(), pages, &frame, scene, &chosen, &packer, steps, &viewed);
+        let header = Header::new(states.name(), pages, &frame, scene, &chosen, &packer, tables, &viewed);
         let bytes = page::joined(&header, &packer)?;
         let viewed = Viewed { bytes: bytes.len() as u64, ..viewed };
         Ok((bytes, viewed))

@@ -11,27 +11,32 @@ use std::path::Path;
 const PAGE: &str = include_str!("../../assets/view/index.html");
 const STYLE: &str = include_str!("../../assets/view/style.css");
 /// The script, in the order in which its parts need each other.
-const SCRIPT: [&str; 7] = [
+const SCRIPT: [&str; 9] = [
     include_str!("../../assets/view/data.js"),
     include_str!("../../assets/view/camera.js"),
     include_str!("../../assets/view/draw.js"),
     include_str!("../../assets/view/walls.js"),
     include_str!("../../assets/view/panel.js"),
+    include_str!("../../assets/view/overlay.js"),
+    include_str!("../../assets/view/keep.js"),
     include_str!("../../assets/view/pointers.js"),
     include_str!("../../assets/view/main.js"),
 ];
-const SHADERS: [(&str, &str); 6] = [
+const SHADERS: [(&str, &str); 8] = [
     ("body.vert", include_str!("../../assets/view/body.vert")),
     ("body.frag", include_str!("../../assets/view/body.frag")),
     ("shade.vert", include_str!("../../assets/view/shade.vert")),
     ("shade.frag", include_str!("../../assets/view/shade.frag")),
     ("line.vert", include_str!("../../assets/view/line.vert")),
     ("line.frag", include_str!("../../assets/view/line.frag")),
+    ("surface.vert", include_str!("../../assets/view/surface.vert")),
+    ("surface.frag", include_str!("../../assets/view/surface.frag")),
 ];
 
 /// What the script of a page does at last: of a file, and of a run that goes on.
 const START: &str = "start(readRun);";
 const LIVE: &str = include_str!("../../assets/view/live.js");
+const HANDS: &str = include_str!("../../assets/view/hands.js");
 const START_LIVE: &str = "startLive();";
 /// What each may load: nothing, and what its own server gives.
 const LOADS_NOTHING: &str = "default-src 'none'; script";
@@ -39,7 +44,7 @@ const LOADS_OWN: &str = "default-src 'none'; connect-src 'self'; script";
 
 /// The page of a run that goes on, which asks its server for the data.
 pub(super) fn live() -> Result<Vec<u8>, RenderError> {
-    let page = filled("", &[&SCRIPT[..], &[LIVE, START_LIVE]].concat())?;
+    let page = filled("", &[&SCRIPT[..], &[HANDS, LIVE, START_LIVE]].concat())?;
     Ok(page.replacen(LOADS_NOTHING, LOADS_OWN, 1).into_bytes())
 }
 

@@ -1,9 +1,10 @@
-//! What `steps.csv` tells of the run, thinned to as many rows as a plot has columns of pixels.
+//! What `steps.csv` and `measures.csv` tell of the run, thinned to as many rows as a plot has columns of pixels.
 
 use super::Pages;
-use crate::record::{Folder, StepRow};
+use crate::record::{Folder, StepRow, Table, TableColumn};
 use crate::render::inside;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The most rows of a plot.
@@ -20,9 +21,72 @@ pub(super) struct Steps {
     note: String,
 }
 
+/// The most measures that are plotted: more strips than these are a long way to scroll.
+const MOST_MEASURES: usize = 12;
+
+/// The measures of a run: the time, and each column under its name.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(super) struct Measures {
+    time: Vec<f64>,
+    /// Name and title of each curve, in order.
+    curves: Vec<(String, String)>,
+    #[serde(flatten)]
+    columns: BTreeMap<String, Vec<Option<f64>>>,
+}
+
+/// The tables of a run's folder.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Tables {
+    pub steps: Option<Steps>,
+    pub measures: Option<Measures>,
+    /// What is to be said of them.
+    pub notes: Vec<String>,
+}
+
+impl Tables {
+    /// Those of a run's folder in the interval of time.
+    pub fn read(source: &Path, pages: &Pages) -> Tables {
+        let (steps, lost) = read(source, pages);
+        let mut tables = Tables { steps, measures: None, notes: lost.into_iter().collect() };
+        let path = Folder::view(source).measures();
+        if path.is_file() {
+            match Table::measures(&path) {
+                Ok(table) => tables.measures = Measures::of(&table, pages),
+                Err(why) => tables.notes.push(format!("{why}; they are not plotted")),
+            }
+        }
+        tables
+    }
+}
+
+impl Measures {
+    /// The columns of numbers but the time and the step; none where there is no row.
+    fn of(table: &Table, pages: &Pages) -> Option<Measures> {
+        let numbers = |column: &TableColumn| match column {
+            TableColumn::Integers(values) => Some(values.iter().map(|value| *value as f64).collect::<Vec<_>>()),
+            TableColumn::Numbers(values) => Some(values.clone()),
+            TableColumn::Words(_) => None,
+        };
+        let named =
+            |wanted: &str| table.columns.iter().find(|(name, _)| name == wanted).and_then(|(_, of)| numbers(of));
+        let times = named("time")?;
+        let rows: Vec<usize> = (0..times.len()).filter(|row| inside(times[*row], pages.from, pages.to)).collect();
+        let rows: Vec<usize> = rows.iter().copied().step_by(rows.len().div_ceil(MOST).max(1)).collect();
+        let mut measures = Measures { time: rows.iter().map(|row| times[*row]).collect(), ..Measures::default() };
+        let is_measure = |name: &str| !["time", "step"].contains(&name);
+        for (name, column) in table.columns.iter().filter(|(name, _)| is_measure(name)).take(MOST_MEASURES) {
+            let Some(values) = numbers(column) else { continue };
+            let at = |row: &usize| Some(values[*row]).filter(|value| value.is_finite());
+            measures.columns.insert(name.clone(), rows.iter().map(at).collect());
+            measures.curves.push((name.clone(), name.replace('_', " ")));
+        }
+        (!rows.is_empty() && !measures.curves.is_empty()).then_some(measures)
+    }
+}
+
 /// The steps of a run's folder in the interval of time, and what is to be said of a damaged file; none where there is
 /// no file or no step.
-pub(super) fn read(source: &Path, pages: &Pages) -> (Option<Steps>, Option<String>) {
+fn read(source: &Path, pages: &Pages) -> (Option<Steps>, Option<String>) {
     let path = Folder::view(source).steps();
     if !path.is_file() {
         return (None, None);

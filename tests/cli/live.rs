@@ -103,7 +103,10 @@ impl Live {
     }
 
     fn post(&self, place: &str, body: &Value) -> Answer {
-        let body = body.to_string();
+        self.post_text(place, &body.to_string())
+    }
+
+    fn post_text(&self, place: &str, body: &str) -> Answer {
         let (length, kind) = (format!("Content-Length: {}", body.len()), "Content-Type: application/json");
         let line = format!("POST /{}/{place} HTTP/1.1", self.token);
         self.send(&[&line, &self.host(), &length, kind], body.as_bytes())
@@ -139,9 +142,10 @@ impl Live {
             let (news, rest) = document(&answer.body);
             if news["state"] == true {
                 let (header, rest) = document(rest);
-                let (_, rest) = columns(rest, &header["table"]["columns"]);
-                let (read, rest) = columns(rest, &header["states"][0]["columns"]);
+                let (table, rest) = columns(rest, &header["table"]["columns"]);
+                let (mut read, rest) = columns(rest, &header["states"][0]["columns"]);
                 assert!(rest.is_empty());
+                read.extend(table);
                 return (news, header, read);
             }
             version = news["status"]["version"].as_u64().unwrap();
@@ -318,6 +322,25 @@ fn a_run_that_was_steered_is_repeated_to_the_same_bits() {
     {
         assert_eq!(live.post("control", &what).status, 400, "{what}");
     }
+    for (to, body, says) in [
+        ("change", r#"{"growth.rate": 1, "growth.rate": 2}"#, "growth.rate"),
+        ("change", r#"{"walls": [], "time": {"dt": 1, "dt": 2}}"#, "dt"),
+        ("control", r#"{"do": "play", "do": "pause"}"#, "do"),
+        ("control", r#"{"do": "step", "steps": 1, "steps": 2}"#, "steps"),
+        ("bodies", r#"{"remove": [0], "remove": [0]}"#, "remove"),
+        ("bodies", r#"{}"#, "no body"),
+        ("bodies", r#"{"remove": [-1]}"#, "remove[0]"),
+        ("bodies", r#"{"remove": [77]}"#, "id 77: no body has it now"),
+        ("bodies", r#"{"add": [{"shape": {"sphere": {"radius": 1}}}]}"#, "position"),
+        ("bodies", r#"{"add": [{"shape": {"sphere": {"radius": -1}}, "position": [9, 0, 0]}]}"#, "changes.0.add.0"),
+        ("hand", r#"{"body": 77, "target": [0, 0, 0]}"#, "no body has the id 77"),
+        ("hand", r#"{"body": 0, "target": [0, 1e999, 0]}"#, "not understood"),
+        ("hand", r#"{"body": 0, "target": [0, 0]}"#, "target"),
+    ] {
+        let refused = live.post_text(to, body);
+        let said = format!("{} {}", refused.json()["error"], refused.json()["help"]);
+        assert!(refused.status == 400 && said.contains(says), "{to} {body}: {said}");
+    }
     assert_eq!((fs::read(place.at("run/scene.json")).unwrap(), live.get("keys").json()), (scene, keys));
 
     let changed = live.post("change", &json!({"growth.rate": 1.7, "time.dt": 0.01}));
@@ -338,6 +361,126 @@ fn a_run_that_was_steered_is_repeated_to_the_same_bits() {
     assert_eq!(crate::rows(&place.at("run")), crate::rows(&place.at("again")));
     place.relcp(&[&["run"], &COLONY[..], &["--out", "plain", "--backend", "cpu"]].concat()).expect(0);
     assert_ne!(hash(&place, "run"), hash(&place, "plain"));
+}
+
+#[test]
+fn bodies_that_are_dragged_placed_and_removed_are_so_again_to_the_same_bits_also_after_a_kill() {
+    let place = Place::new();
+    for kill in [false, true] {
+        let _ = fs::remove_dir_all(place.at("run"));
+        let mut live = Live::start(&place, &COLONY);
+        // Between two divisions.
+        live.steps(40);
+        let (_, header, read) = live.next(None);
+        let bodies = header["states"][0]["bodies"].as_u64().unwrap();
+        let id = read["id"][0];
+        let ok = |to: &str, body: Value| {
+            let answer = live.post(to, &body);
+            assert_eq!(answer.status, 200, "{to} {body}: {}", answer.json());
+            answer.json()["changes"].as_u64().unwrap()
+        };
+        assert_eq!(ok("hand", json!({"body": id, "point": [0, 0, 1], "target": [3, 2, 0]})), 1);
+        // Nothing new.
+        assert_eq!(ok("hand", json!({"body": id, "point": [0, 0, 1], "target": [3, 2, 0]})), 1);
+        live.steps(5);
+        assert_eq!(ok("hand", json!({"body": id, "point": [0, 0, 1], "target": [4, 2, 0]})), 2);
+        live.steps(5);
+        let rod = json!({"shape": {"spherocylinder": {"diameter": 1, "length": 2}}, "position": [8, 0, 3], "axis": [1, 0, 0]});
+        assert_eq!(ok("bodies", json!({"add": [rod]})), 3);
+        // The page sees it at once, in the state of the same step; its z is that of the plane.
+        let (_, header, read) = live.next(None);
+        let state = &header["states"][0];
+        assert_eq!((&state["step"], &state["bodies"]), (&json!(50), &json!(bodies + 1)));
+        let placed = *read["id"].iter().max().unwrap();
+        live.steps(3);
+        assert_eq!(ok("hand", json!({"body": id})), 4);
+        assert_eq!(ok("hand", json!({"body": id})), 4);
+        live.steps(1);
+        assert_eq!(ok("bodies", json!({"remove": [placed]})), 5);
+        let (_, header, _) = live.next(None);
+        assert_eq!(header["states"][0]["bodies"], json!(bodies));
+        assert_eq!(ok("hand", json!({"body": id, "target": [-4, 0, 0]})), 6);
+        let run = "run";
+        if kill {
+            live.steps(2);
+            live.child.kill().unwrap();
+            live.child.wait().unwrap();
+            drop(live);
+            place.relcp(&["run", "--resume", "--backend", "cpu", "--quiet", "--out", run]).expect(0);
+        } else {
+            live.steps(2);
+            live.control(&json!({"do": "end"}));
+            assert_eq!(live.end().0, Some(0));
+            // Who ends the run lets go.
+            let forces = place.json("run/final.json")["forces"].clone();
+            assert!(
+                !forces.to_string().contains("pull")
+                    || place.json("run/scene.json")["changes"].as_array().unwrap().len() == 7
+            );
+        }
+        let other = format!("again-{kill}");
+        assert_eq!(hash(&place, run), again(&place, run, &other));
+        assert_eq!(crate::rows(&place.at(run)), crate::rows(&place.at(&other)));
+    }
+}
+
+#[test]
+fn a_hand_that_falls_silent_lets_go() {
+    let place = Place::new();
+    let live = Live::start(&place, &COLONY);
+    live.steps(2);
+    assert_eq!(live.post("hand", &json!({"body": 0, "target": [1, 0, 0]})).json()["changes"], 1);
+    let gone = (0..MOST_LOOKS).any(|_| {
+        std::thread::sleep(Duration::from_millis(20));
+        live.get("status").json()["changes"] == 2
+    });
+    assert!(gone);
+    live.control(&json!({"do": "end"}));
+    assert_eq!(live.end().0, Some(0));
+    assert_eq!(place.json("run/scene.json")["changes"][1]["set"], json!({"forces": []}));
+}
+
+#[test]
+fn connections_that_say_nothing_do_not_lock_a_page_out() {
+    let place = Place::new();
+    let live = Live::start(&place, &COLONY);
+    let held: Vec<TcpStream> = (0..400).map(|_| live.connect()).collect();
+    // Far less than the time that an idle connection may wait.
+    let begun = std::time::Instant::now();
+    for _ in 0..20 {
+        assert_eq!(live.get("status").status, 200);
+    }
+    assert!(begun.elapsed() < PATIENCE);
+    live.steps(1);
+    // The oldest were closed for the newest.
+    let closed = |mut stream: &TcpStream| {
+        stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
+        matches!(stream.read(&mut [0]), Ok(0))
+    };
+    assert!(held[..200].iter().all(closed));
+    live.control(&json!({"do": "end"}));
+    assert_eq!(live.end().0, Some(0));
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_told_to_the_page_and_to_the_caller() {
+    let place = Place::new();
+    let live = Live::start(&place, &[&COLONY[..], &["--set", "output.every=0.2"]].concat());
+    live.steps(5);
+    // As on a full disk, no state can be written from here on.
+    fs::remove_dir_all(place.at("run/states")).unwrap();
+    fs::write(place.at("run/states"), "").unwrap();
+    // A page watches.
+    let mut told = live.next(None).0["status"].clone();
+    live.control(&json!({"do": "play"}));
+    while told["phase"] != "ended" {
+        let answer = live.get(&format!("next?version={}&step=5", told["version"]));
+        told = document(&answer.body).0["status"].clone();
+    }
+    let message = told["message"].as_str().unwrap();
+    assert!(message.starts_with("stopped: ") && message.contains("states"), "{message}");
+    let (status, said) = live.end();
+    assert!(status == Some(4) && said.contains("states"), "{status:?} {said}");
 }
 
 #[test]

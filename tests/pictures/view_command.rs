@@ -331,3 +331,30 @@ fn what_cannot_be_shown_is_told_and_leaves_the_page_before() {
         "{out}"
     );
 }
+
+#[test]
+fn a_page_has_the_measures_the_numbers_of_the_scene_and_the_bonds() {
+    let place = tempfile::tempdir().unwrap();
+    let sets = ["time.end=0.2", "output.measures=[\"radius\"]", "output.picture=false"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", *set]).collect();
+    relcp(place.path(), &[&["run", "filament", "--out", "run", "--backend", "cpu", "--quiet"], &sets[..]].concat(), 0);
+    relcp(place.path(), &["view", "run", "--quiet"], 0);
+    let page = Page::read(&place.path().join("run/view.html"));
+    let header = &page.header;
+    assert_eq!((&header["version"], &header["colour"]), (&json!(env!("CARGO_PKG_VERSION")), &Value::Null));
+    let parameters = header["parameters"].as_array().unwrap();
+    assert!(parameters.iter().any(|pair| pair[0] == "time.dt" && pair[1].as_f64() > Some(0.0)), "{parameters:?}");
+    let curves = header["measures"]["curves"].as_array().unwrap();
+    assert!(curves.iter().any(|curve| curve[0] == "radius_gyration"), "{curves:?}");
+    let text = fs::read_to_string(place.path().join("run/measures.csv")).unwrap();
+    let rows = text.lines().count() - 1;
+    assert_eq!(header["measures"]["radius_gyration"].as_array().unwrap().len(), rows);
+    let table = page.columns("bodies", &header["table"]["columns"]);
+    let bonds = header["bonds"].as_array().unwrap();
+    assert!(bonds.len() > 5);
+    for bond in bonds {
+        let ids = [0, 1].map(|k| bond[0][k].as_u64().unwrap() as u32);
+        assert!(ids[0] != ids[1] && ids.iter().all(|id| table["id"].contains(id)), "{bond}");
+        assert_eq!(bond[1][0].as_array().unwrap().len(), 3);
+    }
+}

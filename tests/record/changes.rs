@@ -110,3 +110,82 @@ fn a_force_that_was_added_acts_on_after_a_change() {
     let position = simulation.state().unwrap().bodies.position[0];
     assert!((position.x - position.y).abs() < 1e-12 && (position.z - 2.0 * position.x).abs() < 1e-12, "{position}");
 }
+
+#[test]
+fn a_later_end_is_allowed_after_steps_of_a_change_that_fit_and_refused_after_those_that_do_not() {
+    let place = tempfile::tempdir().unwrap();
+    // The scene's own step does not divide its time; that of the change does, and its steps are more than the scene's.
+    for (name, dt, fits) in [("fits", 0.001, true), ("not", 0.0013, false)] {
+        let folder = place.path().join(name);
+        let scene = || {
+            let changes = json!([{"at": 0.03, "set": {"time.dt": dt}}]);
+            let mut scene = cells(0.1, changes);
+            scene.time.dt = 0.03;
+            scene
+        };
+        let first = to_end(begin(&folder, scene()));
+        assert!(first.steps > 10, "{}", first.steps);
+        let own = Scene::read(Folder::view(&folder).scene()).unwrap();
+        let longer = Run::resume_until(own, Folder::open(&folder).unwrap(), 0.2, &Compute::Cpu);
+        assert_eq!(longer.is_ok(), fits, "{name}");
+        let Ok(longer) = longer else { continue };
+        let mut whole = scene();
+        whole.output.every = whole.output_every();
+        whole.time.end = 0.2;
+        let whole = to_end(begin(&place.path().join("whole"), whole));
+        assert_eq!(to_end(longer).state_hash, whole.state_hash);
+    }
+}
+
+/// Balls in a row that a force pushes together.
+fn row(changes: &Value) -> Scene {
+    let ball = |x: f64| json!({"shape": {"sphere": {"radius": 0.5}}, "position": [x, 0, 0], "group": "row"});
+    let scene = json!({"name": "row", "time": {"dt": 0.02, "end": 1.2},
+        "bodies": [ball(-2.0), ball(-0.8), ball(0.8), ball(2.0)],
+        "forces": [{"trap": {"stiffness": 1, "center": [0, 0, 0]}}],
+        "changes": changes, "output": {"every": 0.3, "picture": false}});
+    Scene::parse(&scene.to_string(), "row.json").unwrap()
+}
+
+#[test]
+fn bodies_leave_and_come_at_their_time_and_the_run_goes_on_after_a_kill_to_the_same_bits() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    let changes = json!([
+        {"at": 0.3, "remove": [1], "add": [
+            {"shape": {"sphere": {"radius": 0.3}}, "position": [0, 1.5, 0], "group": "row"},
+            {"shape": {"spherocylinder": {"diameter": 0.4, "length": 1}}, "position": [-0.5, -1.5, 0]}]},
+        {"at": 0.6, "set": {"forces.0.trap.stiffness": 2}, "remove": [0, 4]}]);
+    let whole = to_end(begin(&at("whole"), row(&changes)));
+    assert_eq!(whole.bodies, 3);
+    let states = States::open(at("whole")).unwrap();
+    let ids = |k: usize| {
+        let mut ids: Vec<u64> = states.read(k).unwrap().bodies.lineage.iter().map(|line| line.id).collect();
+        ids.sort_unstable();
+        ids
+    };
+    // The state at the time of a change is that before it.
+    let all: Vec<_> = (0..5).map(ids).collect();
+    assert_eq!(all, [vec![0, 1, 2, 3], vec![0, 1, 2, 3], vec![0, 2, 3, 4, 5], vec![2, 3, 5], vec![2, 3, 5]]);
+    let own = || Scene::read(Folder::view(&at("whole")).scene()).unwrap();
+    assert_eq!(own().changes, row(&changes).changes);
+    for steps in [10, 15, 16, 29, 30, 31, 50] {
+        let folder = at(&format!("killed-{steps}"));
+        let mut run = begin(&folder, own());
+        (0..steps).for_each(|_| assert!(run.advance().is_ok()));
+        run.checkpoint().unwrap();
+        drop(run);
+        let again = to_end(Run::resume(own(), Folder::open(&folder).unwrap(), &Compute::Cpu).unwrap());
+        assert_eq!(again.state_hash, whole.state_hash, "{steps}");
+        assert_eq!(rows(&folder), rows(&at("whole")), "{steps}");
+    }
+}
+
+#[test]
+fn a_body_that_is_not_there_ends_the_run_with_its_change() {
+    let place = tempfile::tempdir().unwrap();
+    let mut run = begin(&place.path().join("run"), row(&json!([{"at": 0.1, "remove": [9]}])));
+    let fault = (0..60).find_map(|_| run.advance().err()).unwrap().to_string();
+    assert!(fault.contains("changes.0: id 9: no body has it now"), "{fault}");
+    assert_eq!(run.simulation().steps(), 5);
+}

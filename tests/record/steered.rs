@@ -3,7 +3,8 @@
 use crate::{rows, to_end};
 use relcp::record::Folder;
 use relcp::run::Run;
-use relcp::{Compute, Error, Scene, Simulation};
+use relcp::scene::{Body, KeyChange};
+use relcp::{Compute, Error, Scene, Shape, Simulation};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
@@ -135,4 +136,114 @@ fn a_change_that_the_bodies_do_not_allow_changes_nothing() {
     // Of drag 1 for each length: mobility 1/2.
     let position = run.simulation().state().unwrap().bodies.position[0];
     assert!((position.y - 2.0 * position.x).abs() < 1e-12 && position.x > 0.1, "{position}");
+}
+
+/// The largest overlap of a run's steps so far.
+fn widest(folder: &Path) -> f64 {
+    let table = fs::read_to_string(folder.join("steps.csv")).unwrap();
+    let mut lines = table.lines();
+    let column = lines.next().unwrap().split(',').position(|name| name == "max_overlap").unwrap();
+    lines.map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap()).fold(0.0, f64::max)
+}
+
+#[test]
+fn chainmail_that_is_dragged_stays_within_its_tolerance_and_is_dragged_again_to_the_same_bits() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    let sets = [
+        "time.end=6",
+        "output.picture=false",
+        "generate.0.chainmail.columns=3",
+        "generate.0.chainmail.rows=3",
+        "forces=[]",
+    ];
+    let scene = Scene::load("chainmail", sets).unwrap();
+    let tolerance = scene.contact.overlap_tolerance;
+    let mut run = begin(&at("run"), scene);
+    let places = run.simulation().state().unwrap().bodies.position.clone();
+    let start = places[0];
+    // Away from the others, which have to follow.
+    let away = -3.0 * start.normalize();
+    for part in 0..10 {
+        let target = start - away * 0.1 * f64::from(part + 1);
+        run.pull(0, [0.0; 3], target.to_array()).unwrap();
+        take(&mut run, 20);
+    }
+    run.let_go(0).unwrap();
+    assert!(run.simulation().coming_scene().forces.is_empty());
+    assert_eq!(run.simulation().whole_scene().changes.len(), 11);
+    let now = run.simulation().state().unwrap().bodies.position.clone();
+    let moved: Vec<f64> = now.iter().zip(&places).map(|(now, before)| now.distance(*before)).collect();
+    // The others follow only as the links pull them.
+    assert!(moved[0] > 0.3 && moved[1] > 0.05 && moved[1] < moved[0], "{moved:?}");
+    run.end_here().unwrap();
+    let hash = to_end(run).state_hash;
+    assert!(widest(&at("run")) <= tolerance, "{}", widest(&at("run")));
+    assert_eq!(hash, again(&at("run"), &at("again")));
+}
+
+#[test]
+fn bodies_that_a_user_drags_places_and_removes_are_so_again_also_after_a_kill() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    let mut run = begin(&at("run"), colony(&[]));
+    take(&mut run, 60);
+    let first = run.simulation().state().unwrap().bodies.lineage[0].id;
+    run.pull(first, [0.0, 0.0, 0.5], [4.0, 3.0, 7.0]).unwrap();
+    run.pull(first, [0.0, 0.0, 0.5], [4.0, 3.0, 0.0]).unwrap();
+    // The plane's own z, so that the second asks for nothing new.
+    assert_eq!(run.simulation().whole_scene().changes.len(), 1);
+    take(&mut run, 15);
+    let rod = |x: f64, y: f64| {
+        let mut rod = Body::new(Shape::Spherocylinder { diameter: 1.0, length: 2.5 }, [x, y, 0.0]);
+        rod.axis = Some([1.0, 1.0, 0.0]);
+        rod
+    };
+    let before = run.simulation().bodies();
+    run.change_by(KeyChange::new(0.0, []).with_bodies(vec![], vec![rod(6.0, 0.0)])).unwrap();
+    // It comes with the next step, and the state to come has it already.
+    assert_eq!(
+        (run.simulation().bodies(), run.simulation().coming_state().unwrap().bodies.len()),
+        (before, before + 1)
+    );
+    let placed = *run.simulation().coming_state().unwrap().bodies.lineage.last().unwrap();
+    take(&mut run, 5);
+    let refused = run.change_by(KeyChange::new(0.0, []).with_bodies(vec![first + 999], vec![]));
+    assert!(matches!(&refused, Err(Error::Change(_))), "{refused:?}");
+    let mut held = rod(9.0, 0.0);
+    held.fixed = true;
+    let refused = run.change_by(KeyChange::new(0.0, []).with_bodies(vec![], vec![held]));
+    assert!(matches!(&refused, Err(Error::Scene(fault)) if fault.key() == "changes.2.add.0.fixed"), "{refused:?}");
+    let refused = run.pull(first + 999, [0.0; 3], [0.0; 3]);
+    assert!(refused.is_err());
+    run.change_by(KeyChange::new(0.0, []).with_bodies(vec![placed.id], vec![])).unwrap();
+    run.let_go(first).unwrap();
+    let there = |run: &Run| run.simulation().state().unwrap().bodies.lineage.iter().any(|line| line.id == placed.id);
+    assert!(there(&run));
+    take(&mut run, 1);
+    assert!(!there(&run));
+    run.change_by(KeyChange::new(0.0, []).with_bodies(vec![], vec![rod(6.0, 0.0), rod(-6.0, 1.0)])).unwrap();
+    drop(run);
+    // Killed before the step that places them.
+    let own = Scene::read(Folder::view(&at("run")).scene()).unwrap();
+    let expected = again(&at("run"), &at("again"));
+    let resumed = to_end(Run::resume(own, Folder::open(&at("run")).unwrap(), &Compute::Cpu).unwrap());
+    assert_eq!(resumed.state_hash, expected);
+    assert_eq!(rows(&at("run")), rows(&at("again")));
+}
+
+#[test]
+fn a_pulled_ball_comes_to_its_target_as_a_spring_does() {
+    let scene = r#"{ "name": "ball", "time": { "dt": 0.01, "end": 1 }, "dynamics": { "overdamped": { "drag": 2 } },
+        "bodies": [ { "shape": { "sphere": { "radius": 0.5 } }, "position": [0, 0, 0] },
+                    { "shape": { "sphere": { "radius": 0.5 } }, "position": [0, 9, 0] } ],
+        "forces": [ { "pull": { "body": 1, "target": [1, 9, 0], "stiffness": 4 } },
+                    { "pull": { "body": 0, "target": [50, 0, 0], "stiffness": 4, "most": 3 } },
+                    { "pull": { "body": 7, "target": [50, 0, 0], "stiffness": 4 } } ] }"#;
+    let mut simulation = Simulation::new(Scene::parse(scene, "ball.json").unwrap()).unwrap();
+    (0..50).for_each(|_| assert!(simulation.step().is_ok()));
+    let at = simulation.state().unwrap().bodies.position.clone();
+    // Drag 2 for each length of 1: the way to the target shrinks by 1 - 0.01 * 4 / 2 in each step.
+    assert!((1.0 - at[1].x - 0.98_f64.powi(50)).abs() < 1e-12 && at[1].y == 9.0, "{at:?}");
+    assert!((at[0].x - 0.5 * 3.0 / 2.0).abs() < 1e-12, "{at:?}");
 }

@@ -46,6 +46,7 @@ mod walls;
 mod warm;
 
 use crate::constraint::RowSource;
+use crate::dynamics::Force;
 use crate::gpu::{Gpu, GpuError, Made, Precision};
 use crate::step::{Model, Phases, State};
 pub use contacts::{contacts, wall_contacts};
@@ -100,6 +101,9 @@ impl Device {
         }
         if model.bonds.first_implicit().is_some() {
             return Err(GpuError::Unsupported { what: "implicit bonds and joints".into() });
+        }
+        if model.forces.iter().any(Force::is_pull) {
+            return Err(GpuError::Unsupported { what: "pulls of single bodies (`forces` with `pull`)".into() });
         }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),

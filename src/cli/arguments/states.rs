@@ -262,9 +262,10 @@ pub(in crate::cli) struct View {
     /// Output file [default: RUN/view.html; for a single file NAME-view.html in the current folder]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// First colour; the page offers every colour that the states have data for
-    #[arg(long, value_enum, default_value = "orientation")]
-    pub(in crate::cli) colour: Quantity,
+    /// First colour; the page offers every colour that the states have data for [default: one that shows something:
+    /// groups, clones of a colony, rings by their ids, directions of rods]
+    #[arg(long, value_enum)]
+    pub(in crate::cli) colour: Option<Quantity>,
     #[command(flatten)]
     pub(in crate::cli) which: Which,
     /// Open the page in this machine's browser

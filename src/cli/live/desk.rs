@@ -1,6 +1,7 @@
 //! What the run and its page have in common. The run never waits for a connection; connections wait for the run.
 
 use super::curves::Point;
+use relcp::scene::Body;
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::{BTreeMap, VecDeque};
@@ -20,8 +21,25 @@ pub(super) enum Ask {
     Speed(Option<f64>),
     /// Other values of keys from the present state on.
     Change(BTreeMap<String, Value>),
+    /// Removes bodies and places others.
+    Place {
+        remove: Vec<u64>,
+        add: Vec<Body>,
+    },
+    /// Drags a body, or goes on to.
+    Pull(Pull),
+    /// Lets a body go.
+    LetGo(u64),
     /// Makes the present state the end.
     End,
+}
+
+/// A point of a body, in its axes, and where it is pulled to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pull {
+    pub body: u64,
+    pub point: [f64; 3],
+    pub target: [f64; 3],
 }
 
 /// What a refusal says.
@@ -77,6 +95,8 @@ pub(super) struct Frame {
 pub(super) struct Told {
     pub status: Status,
     pub frame: Option<Arc<Frame>>,
+    /// How often a user has removed or placed bodies: a state that was taken before the last time is old.
+    pub edits: u64,
     /// The keys that may change, with their values, as JSON.
     pub keys: Arc<[u8]>,
     asked: VecDeque<Asked>,
@@ -103,6 +123,7 @@ impl Desk {
         let told = Told {
             status,
             frame: None,
+            edits: 0,
             keys: Arc::from(&b"[]"[..]),
             asked: VecDeque::new(),
             wanted: None,

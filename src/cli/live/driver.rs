@@ -1,7 +1,7 @@
 //! The run's side: between two steps it does what the page asks, and gives it states.
 
 use super::curves::Curves;
-use super::desk::{Ask, Asked, Desk, Phase, Refusal, Status};
+use super::desk::{Ask, Asked, Desk, Phase, Pull, Refusal, Status};
 use super::frames::{Frames, Look};
 use crate::cli::exit::CliError;
 use crate::cli::output;
@@ -16,6 +16,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 const LOOK_FOR_STATE: Duration = Duration::from_millis(10);
 /// A page that has asked for nothing for so long is closed.
 const CLOSED_AFTER: Duration = Duration::from_secs(10);
+/// A page that drags a body says so every second; a hand that is silent for so long has let go.
+const HAND_GONE_AFTER: Duration = Duration::from_secs(5);
 /// The longest time that the program waits for a page to learn of the run's end: a browser without a GPU on a busy
 /// machine took more than 3 s to draw a state.
 const LAST_WORDS: Duration = Duration::from_secs(10);
@@ -33,6 +35,8 @@ pub(in crate::cli) struct Driver {
     waited: bool,
     /// When to look again for a page that waits.
     look: Look,
+    /// The body that is dragged, and when its page has last said so.
+    hand: Option<(u64, Instant)>,
 }
 
 impl Driver {
@@ -59,6 +63,7 @@ impl Driver {
             changes_made: simulation.changes_made(),
             waited: false,
             look: Look::Called,
+            hand: None,
         };
         driver.rest(run, Phase::Paused);
         driver.tell_keys(run)?;
@@ -71,6 +76,10 @@ impl Driver {
         loop {
             if self.desk.heard() || self.look != Look::Called {
                 self.answer_all(run)?;
+            }
+            if let Some((body, _)) = self.hand.filter(|(_, last)| last.elapsed() >= HAND_GONE_AFTER) {
+                // Where the scene refuses it, the body stays held.
+                let _ = self.let_go(run, body)?;
             }
             if run.done() || stop() {
                 return Ok(false);
@@ -135,6 +144,12 @@ impl Driver {
         self.desk.told().watched.is_some_and(|last| last.elapsed() < CLOSED_AFTER)
     }
 
+    /// Tells a page that watches why the run could not go on; the last state is offered where it can be.
+    pub fn failed(mut self, run: &Run, why: &str, stop: &dyn Fn() -> bool) {
+        self.ends(run);
+        self.ended(format!("stopped: {why}"), stop);
+    }
+
     /// Says how the run has ended, and waits a moment for a page that watches to hear it.
     pub fn ended(self, message: String, stop: &dyn Fn() -> bool) {
         self.desk.tell(|status| (status.phase, status.message) = (Phase::Ended, Some(message)));
@@ -179,18 +194,53 @@ impl Driver {
                 self.desk.tell(|status| status.steps_a_second = most);
             }
             Ask::End => {
+                if let Some((body, _)) = self.hand {
+                    let _ = self.let_go(run, body)?;
+                }
                 run.end_here()?;
                 let end = run.simulation().scene().time.end;
                 self.desk.tell(|status| status.end = end);
             }
-            Ask::Change(set) => match run.change(set) {
-                Ok(()) => {
-                    let changes = run.simulation().whole_scene().changes.len();
-                    self.tell_keys(run)?;
-                    self.desk.tell(|status| status.changes = changes);
+            Ask::Change(set) => {
+                let changed = run.change(set);
+                return self.changed(run, changed);
+            }
+            Ask::Place { remove, add } => {
+                let changed = run.place(remove, add);
+                if changed.is_ok() {
+                    self.frames.again(&self.desk);
                 }
-                Err(refused) => return refusal(refused).map(Err),
-            },
+                return self.changed(run, changed);
+            }
+            Ask::Pull(Pull { body, point, target }) => {
+                // Another body was held by a page that has gone.
+                if let Some((other, _)) = self.hand.filter(|(other, _)| *other != body) {
+                    let _ = self.let_go(run, other)?;
+                }
+                let pulled = run.pull(body, point, target);
+                self.hand = pulled.is_ok().then(|| (body, Instant::now()));
+                return self.changed(run, pulled);
+            }
+            Ask::LetGo(body) => return self.let_go(run, body),
+        }
+        Ok(Ok(()))
+    }
+
+    fn let_go(&mut self, run: &mut Run, body: u64) -> Result<Result<(), Refusal>, CliError> {
+        self.hand = None;
+        let changed = run.let_go(body);
+        self.changed(run, changed)
+    }
+
+    /// Tells what a change of the scene has changed.
+    fn changed(&self, run: &Run, changed: Result<(), Error>) -> Result<Result<(), Refusal>, CliError> {
+        if let Err(refused) = changed {
+            return refusal(refused).map(Err);
+        }
+        let changes = run.simulation().whole_scene().changes.len();
+        if self.desk.told().status.changes != changes {
+            self.tell_keys(run)?;
+            self.desk.tell(|status| status.changes = changes);
         }
         Ok(Ok(()))
     }
@@ -219,6 +269,7 @@ impl Driver {
 fn refusal(error: Error) -> Result<Refusal, CliError> {
     match error {
         Error::Scene(fault) => Ok(Refusal { error: fault.to_string(), help: fault.help_text().map(str::to_owned) }),
+        Error::Change(fault) => Ok(Refusal::new(fault.to_string())),
         Error::Run(fault) => Err(fault.into()),
         Error::Record(fault) => Err(fault.into()),
         other => {

@@ -23,6 +23,8 @@ struct Job {
     curves: Curves,
     begun: Instant,
     copied: Duration,
+    /// The edits before it.
+    edits: u64,
 }
 
 /// When the next state may be taken, and whether one is being packed.
@@ -65,6 +67,14 @@ impl Frames {
         Ok(Frames { live, jobs, pace, last: None })
     }
 
+    /// Takes the present state again, since its bodies are others now.
+    pub fn again(&mut self, desk: &Desk) {
+        self.last = None;
+        let mut told = desk.told();
+        (told.frame, told.wanted) = (None, Some(told.rests_at));
+        told.edits += 1;
+    }
+
     /// Takes the present state if a page waits for it and it is time; of a run that rests, it always is.
     pub fn offer(
         &mut self,
@@ -74,7 +84,11 @@ impl Frames {
         rests: bool,
     ) -> Result<Look, RunError> {
         let step = simulation.steps();
-        let Some(from) = desk.told().wanted else { return Ok(Look::Called) };
+        let (wanted, edits) = {
+            let told = desk.told();
+            (told.wanted, told.edits)
+        };
+        let Some(from) = wanted else { return Ok(Look::Called) };
         if step < from || self.last == Some(step) {
             return Ok(Look::NextStep);
         }
@@ -88,7 +102,7 @@ impl Frames {
         let begun = Instant::now();
         let taken = self.live.take(simulation)?;
         self.last = Some(step);
-        let job = Job { taken, curves: curves.clone(), begun, copied: begun.elapsed() };
+        let job = Job { taken, curves: curves.clone(), begun, copied: begun.elapsed(), edits };
         // The packing thread has nothing else to do, so that there is room.
         let _ = self.jobs.try_send(job);
         Ok(Look::NextStep)
@@ -99,7 +113,7 @@ impl Frames {
 fn pack(jobs: &Receiver<Job>, desk: &Desk, pace: &Mutex<Pace>) {
     // Its parallel loops must not take threads of the run's steps.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    while let Ok(Job { taken, curves, begun, copied }) = jobs.recv() {
+    while let Ok(Job { taken, curves, begun, copied, edits }) = jobs.recv() {
         let packing = Instant::now();
         let step = taken.step();
         let bytes = match &pool {
@@ -113,7 +127,7 @@ fn pack(jobs: &Receiver<Job>, desk: &Desk, pace: &Mutex<Pace>) {
             pace.next = Some(begun + LEAST.max(cost.div_f64(PART)));
         }
         let mut told = desk.told();
-        if let Ok(bytes) = bytes {
+        if let Some(bytes) = bytes.ok().filter(|_| told.edits == edits) {
             told.frame = Some(Arc::new(Frame { step, bytes, points: curves.points().to_vec() }));
             told.wanted = None;
         }

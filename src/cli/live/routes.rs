@@ -1,16 +1,17 @@
 //! Who may ask for what.
 //!
 //! A request must name this server as its host, so that no other name that leads to this computer serves; come from no
-//! page of another origin; and know the token. Then it may ask for one of six addresses.
+//! page of another origin; and know the token. Then it may ask for one of eight addresses.
 
 use super::answer::Answer;
 use super::curves::Point;
-use super::desk::{Ask, Asked, Desk, Phase, Refusal, Status};
+use super::desk::{Ask, Asked, Desk, Phase, Pull, Refusal, Status};
 use super::request::Request;
+use relcp::scene::{Body, parse_json};
 use relcp::view::Live;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use std::collections::BTreeMap;
 use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
@@ -52,6 +53,26 @@ enum Control {
         steps_a_second: Option<f64>,
     },
     End {},
+}
+
+/// Bodies that leave and come.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Bodies {
+    #[serde(default)]
+    remove: Vec<u64>,
+    #[serde(default)]
+    add: Vec<Body>,
+}
+
+/// A body that is dragged; without a target it is let go.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Hand {
+    body: u64,
+    #[serde(default)]
+    point: [f64; 3],
+    target: Option<[f64; 3]>,
 }
 
 fn one() -> u64 {
@@ -107,8 +128,10 @@ pub(super) fn answer(request: &Request, desk: &Desk, door: &Door) -> (Answer, bo
         }
         ("control", "POST") => ask(request, desk, control),
         ("change", "POST") => ask(request, desk, change),
+        ("bodies", "POST") => ask(request, desk, bodies),
+        ("hand", "POST") => ask(request, desk, hand),
         ("" | "next" | "status" | "keys", _) => Answer::only("GET"),
-        ("control" | "change", _) => Answer::only("POST"),
+        ("control" | "change" | "bodies" | "hand", _) => Answer::only("POST"),
         _ => Answer::refuse(404, "there is nothing at this address"),
     };
     (answer, false)
@@ -171,12 +194,19 @@ fn ask(request: &Request, desk: &Desk, read: fn(&[u8]) -> Result<Ask, Refusal>) 
     }
 }
 
+/// What a body asks; no key of it twice. `help` shows what is understood.
+fn understood<T: DeserializeOwned>(body: &[u8], help: &str) -> Result<T, Refusal> {
+    let refuse = |why: String| Refusal { error: format!("not understood: {why}"), help: Some(help.into()) };
+    let value = parse_json(body).map_err(|why| refuse(why.to_string()))?;
+    serde_path_to_error::deserialize(value).map_err(|why| match why.path().to_string() {
+        path if path == "." => refuse(why.inner().to_string()),
+        path => refuse(format!("{path}: {}", why.inner())),
+    })
+}
+
 fn control(body: &[u8]) -> Result<Ask, Refusal> {
-    let control = serde_json::from_slice(body).map_err(|why| Refusal {
-        error: format!("not understood: {why}"),
-        help: Some(r#"{"do": "play"}, "pause", "step", "end", or {"do": "speed", "steps_a_second": 10}"#.into()),
-    })?;
-    Ok(match control {
+    let help = r#"{"do": "play"}, "pause", "step", "end", or {"do": "speed", "steps_a_second": 10}"#;
+    Ok(match understood(body, help)? {
         Control::Play {} => Ask::Play,
         Control::Pause {} => Ask::Pause,
         Control::Step { steps } if steps > 0 => Ask::Steps(steps),
@@ -190,12 +220,24 @@ fn control(body: &[u8]) -> Result<Ask, Refusal> {
 }
 
 fn change(body: &[u8]) -> Result<Ask, Refusal> {
-    let set: Map<String, Value> = serde_json::from_slice(body).map_err(|why| Refusal {
-        error: format!("not understood: {why}"),
-        help: Some(r#"an object of dotted keys: {"growth.rate": 0.5}"#.into()),
-    })?;
+    let set: Map<String, Value> = understood(body, r#"an object of dotted keys: {"growth.rate": 0.5}"#)?;
     if set.is_empty() {
         return Err(Refusal::new("no key is given"));
     }
-    Ok(Ask::Change(set.into_iter().collect::<BTreeMap<_, _>>()))
+    Ok(Ask::Change(set.into_iter().collect()))
+}
+
+fn bodies(body: &[u8]) -> Result<Ask, Refusal> {
+    let help = r#"ids and bodies as in a scene: {"remove": [3], "add": [{"shape": {"sphere": {"radius": 1}}, "position": [0, 0, 0]}]}"#;
+    let Bodies { remove, add } = understood(body, help)?;
+    if remove.is_empty() && add.is_empty() {
+        return Err(Refusal::new("no body is given"));
+    }
+    Ok(Ask::Place { remove, add })
+}
+
+fn hand(body: &[u8]) -> Result<Ask, Refusal> {
+    let help = r#"{"body": 3, "point": [0, 0, 0.5], "target": [4, 1, 0]}, or {"body": 3} to let it go"#;
+    let Hand { body, point, target } = understood(body, help)?;
+    Ok(target.map_or(Ask::LetGo(body), |target| Ask::Pull(Pull { body, point, target })))
 }

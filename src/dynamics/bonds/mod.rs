@@ -238,6 +238,12 @@ impl Bonds {
         &self.list
     }
 
+    /// The ids of the bodies that each holds, and where in their axes.
+    #[cfg(feature = "files")]
+    pub(crate) fn ends(&self) -> Vec<([u64; 2], [[f64; 3]; 2])> {
+        self.ids.iter().copied().zip(self.list.iter().map(|bond| bond.at)).collect()
+    }
+
     /// Whether any of them can break.
     #[cfg(feature = "gpu")]
     pub fn may_break(&self) -> bool {

@@ -36,6 +36,7 @@ impl Field {
                 let away = bodies.periods.nearest(bodies.position[i] - DVec3::from(*center));
                 pushing(-*stiffness * DVec3::select(BVec3::from_array(*axes), away, DVec3::ZERO))
             }
+            Force::Pull { .. } => pulled(&self.force, bodies, i),
             force => force.everywhere(bodies.orientation[i]).unwrap_or_default(),
         }
     }
@@ -50,6 +51,22 @@ impl ForceField for Field {
     fn share(&self, span: [f64; 2]) -> f64 {
         self.force.window().map_or(1.0, |window: &Window| window.share(span))
     }
+}
+
+/// The load of a pull on body `i`.
+fn pulled(force: &Force, bodies: &Bodies, i: usize) -> Load {
+    let Force::Pull { body, target, stiffness, point, most, damping, .. } = *force else { return Load::default() };
+    if bodies.lineage[i].id != body {
+        return Load::default();
+    }
+    let lever = bodies.orientation[i] * DVec3::from(point);
+    let way = bodies.periods.nearest(DVec3::from(target) - (bodies.position[i] + lever));
+    let spring = (stiffness * way).clamp_length_max(most.unwrap_or(f64::INFINITY));
+    let load = Load {
+        force: spring - damping.map_or(DVec3::ZERO, |damping| damping * bodies.velocity[i]),
+        torque: lever.cross(spring),
+    };
+    if bodies.planar { load.in_plane() } else { load }
 }
 
 /// Below this radius `(r - sin r) / r^2` is summed as its series, which the difference would lose: at 0.1 the first

@@ -65,6 +65,9 @@ impl Scene {
         scene.joints.clear();
         scene.removal.clear();
         scene.next_id = None;
+        // Those would add these bodies again.
+        #[cfg(feature = "files")]
+        scene.changes.clear();
         scene.forget_empty_groups();
         scene.time.start = time;
         scene.time.end = self.time.end.max(time);

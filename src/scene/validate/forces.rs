@@ -26,6 +26,7 @@ impl Scene {
                 return Err(SceneError::bad(key, message));
             }
             self.check_group(&key, force.group())?;
+            self.check_pull(&key, force)?;
             let Some(window) = force.window() else { continue };
             let key = key.field("window");
             check_window(&key, window)?;
@@ -35,6 +36,47 @@ impl Scene {
             if windows.len() > MOST_WINDOWS {
                 let message = format!("is the scene's window number {}; at most {MOST_WINDOWS} differ", windows.len());
                 return Err(SceneError::bad(key, message));
+            }
+        }
+        Ok(())
+    }
+
+    /// The numbers of a pull, and whether it is too stiff or too damped for the step: for the body of `bodies` that has
+    /// its id, else for any body that the scene starts with. What is in the run's state only its start knows.
+    fn check_pull(&self, key: &Key, force: &Force) -> Result<(), SceneError> {
+        let Force::Pull { body, stiffness, point, most, damping, .. } = force else { return Ok(()) };
+        numbers(&key.field("point"), point)?;
+        most.map_or(Ok(()), |most| positive(&key.field("most"), most))?;
+        damping.map_or(Ok(()), |damping| positive(&key.field("damping"), damping))?;
+        if damping.is_some() && !self.dynamics.has_inertia() {
+            let message = "needs the inertial law: without inertia the velocity follows from the forces";
+            return Err(SceneError::bad(key.field("damping"), message));
+        }
+        let (dt, midpoint) = (self.time.dt, self.time.stepping == Stepping::Midpoint);
+        let own = self.bodies.iter().zip(self.ids()).find(|(_, id)| id == body).map(|(own, _)| own.shape);
+        let shapes: Vec<Shape> = match own {
+            Some(shape) => vec![shape],
+            None => {
+                let listed = self.bodies.iter().map(|body| self.shortest(&body.shape, body.group.as_deref()));
+                listed.chain(self.generated().map(|(_, (_, shape, group))| self.shortest(&shape, group))).collect()
+            }
+        };
+        for shape in &shapes {
+            let (way, turn) = self.dynamics.yields(shape, dt);
+            // A pull beside the centre also turns the body towards the target.
+            let lever = DVec3::from(*point).length_squared() * turn.max_element() / way;
+            let stiffness = stiffness * (1.0 + lever);
+            if let Some(longest) = longest_stable_step(&self.dynamics, midpoint, shape, stiffness, dt) {
+                let message = format!(
+                    "is too stiff for time.dt, {dt}: the body would leave the target, faster in each step; the longest stable step is {}",
+                    at_most(longest),
+                    dt = exact(dt)
+                );
+                return Err(SceneError::bad(key.field("stiffness"), message));
+            }
+            if damping.is_some_and(|damping| damping * way > dt) {
+                let message = format!("stops the body within a step; at most {}", at_most(dt / way));
+                return Err(SceneError::bad(key.field("damping"), message));
             }
         }
         Ok(())

@@ -46,6 +46,12 @@ impl Scene {
             );
             return Err(SceneError::bad(key.field("center").index(2), message));
         }
+        if let Force::Pull { target, .. } = force
+            && target[2] != plane
+        {
+            let message = format!("must be that of the plane, {}, not {}", exact(plane), exact(target[2]));
+            return Err(SceneError::bad(key.field("target").index(2), message));
+        }
         if force.turns_with_body() { self.check_turning(&key, force) } else { check_fixed(&key, force) }
     }
 

@@ -10,7 +10,7 @@ use crate::walls::surface_of;
 use glam::{DQuat, DVec3};
 
 /// The state after all edits.
-pub(super) struct Applied {
+pub(in crate::simulation) struct Applied {
     pub state: State,
     /// The ids of added bodies.
     pub added: Vec<u64>,
@@ -45,7 +45,12 @@ impl At<'_> {
 
 impl Limits {
     /// The state after a change.
-    pub(super) fn apply(&self, scene: &Scene, state: &State, change: &Change) -> Result<Applied, ChangeError> {
+    pub(in crate::simulation) fn apply(
+        &self,
+        scene: &Scene,
+        state: &State,
+        change: &Change,
+    ) -> Result<Applied, ChangeError> {
         let none = vec![false; state.bodies.len()];
         let mut applied = Applied {
             state: state.clone(),

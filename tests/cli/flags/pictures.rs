@@ -189,7 +189,7 @@ fn page(place: &Place, _: &str) {
 
 fn colour_of_page(place: &Place, _: &str) {
     assert_eq!(header(place, &json(place, "view", &["--last", "--colour", "speed"]))["colour"], "speed");
-    assert_eq!(header(place, &json(place, "view", &["--last"]))["colour"], "orientation");
+    assert_eq!(header(place, &json(place, "view", &["--last"]))["colour"], Value::Null);
 }
 
 /// Flags that have other programs do something: substitutes for them say what they were asked for.

@@ -72,6 +72,8 @@ fn term(setup: &Setup, source: &Source, force: &Force) -> (&'static str, String)
         format!("vec3r({x}, {y}, {z})")
     };
     match force {
+        // A scene with one is refused on a device.
+        Force::Pull { .. } => ("force", "vec3r()".to_owned()),
         Force::Uniform { force, .. } => ("force", vector(*force)),
         Force::Gravity { acceleration, .. } => ("force", gravity(setup, &vector(*acceleration))),
         Force::RadialInward { .. } => ("force", "-radial(position)".to_owned()),
