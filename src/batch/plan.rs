@@ -86,11 +86,25 @@ impl Plan {
         Ok(Plan::new(Source::new(text, origin), base)?)
     }
 
+    /// The plan of a sweep, given as text, of a scene in code: the sweep's `scene` only names it in messages.
+    ///
+    /// # Errors
+    /// As [`Plan::open`].
+    pub fn of_scene(text: &str, origin: &str, scene: &Scene) -> Result<Self, BatchError> {
+        let text = Source::new(text, origin);
+        let sweep = sweep_of(&text)?;
+        let scene = Source::new(&scene.to_json(), &sweep.scene);
+        Ok(Plan::made_of(sweep, text, scene)?)
+    }
+
     fn new(text: Source, base: &Path) -> Result<Self, SceneError> {
-        let sweep: Sweep = text.document()?;
-        sweep.validate().map_err(|error| text.put(error))?;
-        let text = Arc::new(text);
+        let sweep = sweep_of(&text)?;
         let scene = scene_of(&sweep, &text, base)?;
+        Plan::made_of(sweep, text, scene)
+    }
+
+    fn made_of(sweep: Sweep, text: Source, scene: Source) -> Result<Self, SceneError> {
+        let text = Arc::new(text);
         let mut plan = Plan { columns: sweep.columns(), sweep, text, scene, members: Vec::new() };
         // The limit was checked.
         let count = plan.sweep.count().unwrap_or(0) as usize;
@@ -187,6 +201,12 @@ fn value_at<'v>(whole: &'v Value, dotted: &str) -> Option<&'v Value> {
         Value::Array(elements) => elements.get(part.parse::<usize>().ok()?),
         other => other.get(part),
     })
+}
+
+fn sweep_of(text: &Source) -> Result<Sweep, SceneError> {
+    let sweep: Sweep = text.document()?;
+    sweep.validate().map_err(|error| text.put(error))?;
+    Ok(sweep)
 }
 
 /// The allowed sources of a sweep's scene.

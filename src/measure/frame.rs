@@ -6,6 +6,8 @@ use crate::fixed::Fixed;
 use crate::periodic::CellShear;
 use crate::record::{States, StatesError, scene_of};
 use crate::scene::{self, Scene};
+use crate::step::Method;
+use crate::walls::Wall;
 use serde::Serialize;
 use std::path::Path;
 
@@ -29,6 +31,12 @@ pub struct Frame {
     /// The coefficients of friction, if the scene is available and has some.
     #[serde(skip)]
     pub(super) friction: Option<Coefficients>,
+    /// The walls, if the scene is available.
+    #[serde(skip)]
+    pub(super) walls: Vec<Wall>,
+    /// Whether contacts are those of sub-spheres, if the scene is available.
+    #[serde(skip)]
+    pub(super) sub_spheres: bool,
     /// Whether its scene removes bodies.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub removes: bool,
@@ -52,6 +60,8 @@ impl Frame {
             shear: None,
             fixed: Fixed::default(),
             friction: None,
+            walls: Vec::new(),
+            sub_spheres: false,
             removes: false,
         })
     }
@@ -68,6 +78,8 @@ impl Frame {
                 .map(|shear| (shear, Stream::of_cell(&shear, &scene.dynamics, scene.planar))),
             fixed: scene.fixed(),
             friction: Some(scene.friction()).filter(|friction| !friction.is_none()),
+            walls: scene.walls.clone(),
+            sub_spheres: matches!(scene.contact.method, Method::Multisphere { .. }),
             removes: !scene.removal.is_empty(),
         }
     }

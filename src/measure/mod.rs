@@ -46,6 +46,7 @@ mod tests;
 mod tracks;
 mod velocity_correlation;
 mod view;
+mod walls;
 
 pub use axis::axis;
 pub use collect::{Measured, measure, measure_last};
@@ -206,7 +207,7 @@ pub trait Measure: Sync {
 }
 
 /// The measures. To add one, write its file and list it here.
-pub static ALL: [&dyn Measure; 18] = [
+pub static ALL: [&dyn Measure; 19] = [
     &nematic::Nematic,
     &correlation::Correlation,
     &radius::Radius,
@@ -218,6 +219,7 @@ pub static ALL: [&dyn Measure; 18] = [
     &shear_stress::ShearStress,
     &force_chains::ForceChains,
     &friction::Friction,
+    &walls::OnWalls,
     &microdomains::Microdomains,
     &dissipation::Dissipation,
     &msd::Msd,

@@ -7,6 +7,7 @@ mod order;
 mod packing;
 mod shear;
 mod table;
+mod walls;
 
 use super::*;
 use crate::bodies::{Bodies, NO_GROUP};
@@ -57,6 +58,8 @@ fn frame(planar: bool) -> Frame {
         shear: None,
         fixed: Default::default(),
         friction: None,
+        walls: Vec::new(),
+        sub_spheres: false,
         removes: false,
     }
 }

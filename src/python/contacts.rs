@@ -2,6 +2,7 @@
 
 use super::arrays::{column, table};
 use crate::bodies::Bodies;
+use crate::scene::{Method, Scene};
 use crate::step::contacts;
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
@@ -99,21 +100,50 @@ impl Contacts {
 pub(super) struct AtWalls {
     body: Vec<u64>,
     wall: Vec<u64>,
+    face: Vec<u64>,
     separation: Vec<f64>,
     normal: Vec<[f64; 3]>,
     point: Vec<[f64; 3]>,
+    gamma: Vec<f64>,
+    force: Vec<[f64; 3]>,
+}
+
+/// What bears on a surface of a wall.
+#[derive(Clone, Copy, Default)]
+struct Bearing {
+    gamma: f64,
+    force: DVec3,
+    tangent: DVec3,
 }
 
 impl AtWalls {
-    /// The bodies and surfaces of walls whose separation is at most `cutoff`.
-    pub fn of(walls: &Walls, bodies: &Bodies, cutoff: f64) -> Self {
+    /// The bodies and surfaces of walls whose separation is at most `cutoff`, with the forces of the last step; NaN if
+    /// these are not known. Those of `smooth` bodies have the normals of all places where a body touches, those of
+    /// sub-spheres the one of the nearest.
+    pub fn of(walls: &Walls, bodies: &Bodies, warm: Option<&[Warm]>, smooth: bool, cutoff: f64) -> Self {
+        let mut bearing = HashMap::<[usize; 2], Bearing>::new();
+        for warm in warm.unwrap_or_default() {
+            let Some(surface) = surface_of(warm.pair[1]) else { continue };
+            let of = bearing.entry([warm.pair[0] as usize, surface]).or_default();
+            (of.gamma, of.tangent) = (of.gamma + warm.gamma, of.tangent + warm.tangent);
+        }
+        for push in walls.pushes(bodies, warm.unwrap_or_default()) {
+            bearing.entry([push.body, push.surface]).or_default().force += push.force;
+        }
+        let unknown = Bearing { gamma: f64::NAN, force: DVec3::NAN, tangent: DVec3::NAN };
+        let none = if warm.is_some() { Bearing::default() } else { unknown };
         let mut found = AtWalls::default();
         for near in walls.contacts(bodies, cutoff) {
+            let of = bearing.get(&[near.body, near.surface]).copied().unwrap_or(none);
             found.body.push(near.body as u64);
             found.wall.push(near.wall as u64);
+            found.face.push(walls.face_of(near.surface) as u64);
             found.separation.push(near.separation);
             found.normal.push(near.normal.to_array());
             found.point.push(near.point(bodies).to_array());
+            found.gamma.push(of.gamma);
+            let force = if smooth { of.force } else { of.gamma * near.normal + of.tangent };
+            found.force.push(force.to_array());
         }
         found
     }
@@ -126,12 +156,19 @@ pub(super) struct WallContacts {
     body: Py<PyArray1<u64>>,
     /// (M,) uint64: the index of the wall in the scene.
     wall: Py<PyArray1<u64>>,
+    /// (M,) uint64: which of the wall's surfaces: of a channel the side that its normal points away from, then the
+    /// other; of a box the low and the high side along x, y and z; of a cylinder the tube, then the ends.
+    face: Py<PyArray1<u64>>,
     /// (M,): the body's signed distance from the surface, a length.
     separation: Py<PyArray1<f64>>,
     /// (M, 3): unit normal towards the wall.
     normal: Py<PyArray2<f64>>,
     /// (M, 3): the contact point on the body's surface, in space.
     point: Py<PyArray2<f64>>,
+    /// (M,): the normal force of the last step, summed over the places where the body touches; zero without contact.
+    gamma: Py<PyArray1<f64>>,
+    /// (M, 3): the force of the body on the wall: along the normal, and friction.
+    force: Py<PyArray2<f64>>,
 }
 
 impl WallContacts {
@@ -139,9 +176,12 @@ impl WallContacts {
         Ok(WallContacts {
             body: column(py, found.body).unbind(),
             wall: column(py, found.wall).unbind(),
+            face: column(py, found.face).unbind(),
             separation: column(py, found.separation).unbind(),
             normal: table(py, found.normal)?.unbind(),
             point: table(py, found.point)?.unbind(),
+            gamma: column(py, found.gamma).unbind(),
+            force: table(py, found.force)?.unbind(),
         })
     }
 }
@@ -155,4 +195,9 @@ impl WallContacts {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("WallContacts({})", self.__len__(py)?))
     }
+}
+
+/// Whether the contact forces of a scene's runs are those of smooth bodies.
+pub(super) fn is_smooth(scene: &Scene) -> bool {
+    !matches!(scene.contact.method, Method::Multisphere { .. })
 }

@@ -6,6 +6,7 @@
 //! `relcp` beside this file; `pyproject.toml` builds both with maturin.
 
 mod arrays;
+mod batch;
 mod bodies;
 mod change;
 mod compute;
@@ -64,6 +65,8 @@ fn scenes() -> Vec<(&'static str, &'static str)> {
 /// The compiled half of the package `relcp`.
 #[pymodule]
 mod _relcp {
+    #[pymodule_export]
+    use super::batch::Planned;
     #[pymodule_export]
     use super::bodies::PyBodies;
     #[pymodule_export]

@@ -1,10 +1,14 @@
 //! Pictures as arrays, pages as objects of notebooks, and their arguments.
 
 use super::compute::warn;
-use crate::render::{Background, Frames, Image, Quantity, Side, View};
+use super::error::{recorded, rendered};
+use crate::figure::Format;
+use crate::record::durable;
+use crate::render::{Background, Frames, Image, Quantity, RenderError, Side, View};
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use std::path::{Path, PathBuf};
 
 /// A picture: height, width, and red, green, blue and opacity.
 pub(super) type Picture<'py> = Bound<'py, PyArray3<u8>>;
@@ -69,6 +73,21 @@ pub(super) fn one_of<T: Copy>(argument: &str, name: &str, all: &[(&str, T)]) -> 
 /// The quantity of a name.
 pub(super) fn quantity(name: &str) -> PyResult<Quantity> {
     one_of("colour", name, &Quantity::ALL.map(|quantity| (quantity.name(), quantity)))
+}
+
+/// What the arguments ask for, in the format that the name of a file ends in.
+pub(super) fn in_file(look: &Look<'_>, path: &Path) -> PyResult<Frames> {
+    let formats = [("png", Format::Png), ("svg", Format::Svg), ("pdf", Format::Pdf)];
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
+    let format = formats.iter().find(|(own, _)| *own == ending).map(|(_, format)| *format);
+    let format = format.ok_or_else(|| PyValueError::new_err("path: a picture's name ends in .png, .svg or .pdf"))?;
+    Ok(Frames { format, ..look.frames()? })
+}
+
+/// Writes a picture, whole or not at all; returns its path.
+pub(super) fn placed(py: Python<'_>, path: PathBuf, bytes: Result<Vec<u8>, RenderError>) -> PyResult<PathBuf> {
+    durable::place(&path, &bytes.map_err(|no| rendered(py, no))?).map_err(|no| recorded(&no))?;
+    Ok(path)
 }
 
 /// A picture as an array.

@@ -90,6 +90,7 @@ impl PyRules {
         let pair = [self.seen(py, daughters[0])?, self.seen(py, daughters[1])?];
         divide.call1((self.seen(py, mother)?, PyTuple::new(py, &pair)?))?;
         for (cell, seen) in daughters.into_iter().zip(&pair) {
+            cell.length = seen.getattr("length")?.extract()?;
             cell.rate = seen.getattr("rate")?.extract()?;
             cell.division_length = seen.getattr("division_length")?.extract()?;
             cell.group = groups(&seen.getattr("group")?, 1, &self.scene)?[0];

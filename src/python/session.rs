@@ -9,6 +9,8 @@ use crate::scene::Scene;
 use crate::simulation::{CellValues, Change, ChangeError, Compute, Rules, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap_but};
 use rayon::ThreadPool;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -146,6 +148,14 @@ impl Session {
     pub fn change(&mut self, change: &Change) -> Result<Vec<u64>, ChangeError> {
         let Session { simulation, threads, .. } = self;
         threads.run(move || simulation.change(change))
+    }
+
+    /// Changes keys of the scene from now on.
+    pub fn change_keys(&mut self, set: BTreeMap<String, Value>) -> Result<(), Error> {
+        let Session { simulation, threads, .. } = self;
+        threads.run(move || simulation.add_change(set))?;
+        self.scene_hash = scene_hash(self.simulation.whole_scene());
+        Ok(())
     }
 
     /// Sets the rules of the cells, or none.

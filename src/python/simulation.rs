@@ -4,7 +4,7 @@ use super::arrays::{column, json, named, table, vectors};
 use super::bodies::{self, Column, Table};
 use super::change::{bodies as bodies_of, refused, setting, which};
 use super::compute::Wanted;
-use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
+use super::contacts::{AtWalls, Contacts, Pairs, WallContacts, is_smooth};
 use super::error::{RecordError, SimulationError, fault, recorded, rendered, scene_fault};
 use super::force::{ForceCalls, PyForce};
 use super::limit::{StepLimit, asks_to_stop};
@@ -12,12 +12,12 @@ use super::measure;
 use super::picture::{self, Look, Picture};
 use super::report::StepReport;
 use super::rules::PyRules;
-use super::scene::PyScene;
+use super::scene::{PyScene, dumps};
 use super::session::{End, Session, Threads};
 use crate::bodies::Bodies;
 use crate::error::Error;
 use crate::record::{Snapshot, decode, read_state, scene_hash, state_hash};
-use crate::render::still;
+use crate::render::{still, still_file};
 use crate::run::Summary;
 use crate::scene::Scene;
 use crate::simulation::{CellValues, Change, Compute, Rules};
@@ -399,6 +399,21 @@ impl PySimulation {
         Ok(())
     }
 
+    /// Gives dotted keys of the scene other values from the present state on: forces, growth, walls' motion, the step.
+    /// The change becomes one of the scene's `changes`, so that `scene` is a run that repeats it, to the same bits.
+    /// Raises SceneError, and changes nothing, for what a scene may not change.
+    #[pyo3(name = "change")]
+    fn change_keys(&self, py: Python<'_>, keys: &Bound<'_, PyDict>) -> PyResult<()> {
+        let text = dumps(keys, "keys")?;
+        let set = serde_json::from_str(&text).map_err(|no| PyValueError::new_err(format!("keys: {no}")))?;
+        let changed = self.compute(py, |session| session.change_keys(set))?;
+        changed.map_err(|no| match no {
+            Error::Scene(no) => scene_fault(py, &no, false),
+            Error::Fault(no) => fault(no),
+            no => SimulationError::new_err(no.to_string()),
+        })
+    }
+
     /// An object that decides how cells grow and divide, or None. It has `update(cells)`, called before each step,
     /// `divide(mother, daughters)`, called for each cell that divides, or both; see `relcp.Cells` and `relcp.Cell`.
     ///
@@ -451,6 +466,29 @@ impl PySimulation {
         let (scene, state) = self.present(py)?;
         let drawn = self.compute(py, |session| session.compute(|_| still(&scene, state, &frames)))?;
         picture::array(py, drawn.map_err(|no| rendered(py, no))?)
+    }
+
+    /// Writes a picture as `render` makes it into a file: `.png`, or vectors of a planar scene seen from the top, `.svg`
+    /// and `.pdf`. Returns its path.
+    #[pyo3(signature = (path, width=960, height=None, *, view=None, colour="orientation", range=None, background="white", words=true))]
+    #[allow(clippy::too_many_arguments)]
+    fn save_picture(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        width: u32,
+        height: Option<u32>,
+        view: Option<&str>,
+        colour: &str,
+        range: Option<[f64; 2]>,
+        background: &str,
+        words: bool,
+    ) -> PyResult<PathBuf> {
+        let look = Look { width, height, view, colour, range, background, words };
+        let frames = picture::in_file(&look, &path)?;
+        let (scene, state) = self.present(py)?;
+        let drawn = self.compute(py, |session| session.compute(|_| still_file(&scene, state, &frames)))?;
+        picture::placed(py, path, drawn)
     }
 
     /// The page of `relcp view` of the present state, as an object that notebooks show; `save` writes it. `width` and
@@ -519,7 +557,7 @@ impl PySimulation {
         let (scene, state, threads) = {
             let session = self.session(py)?;
             let state = session.encoded().map_err(fault)?;
-            (session.simulation().scene().clone(), state, session.own_threads())
+            (session.simulation().whole_scene().clone(), state, session.own_threads())
         };
         let state = state.map_err(|no| SimulationError::new_err(no.to_string()))?;
         let (backend, precision) = match self.on_device {
@@ -559,10 +597,10 @@ impl PySimulation {
         Ok(simulation)
     }
 
-    /// The scene.
+    /// The scene, with all changes in its `changes`.
     #[getter]
     fn scene(&self, py: Python<'_>) -> PyResult<PyScene> {
-        Ok(PyScene(self.session(py)?.simulation().scene().clone()))
+        Ok(PyScene(self.session(py)?.simulation().whole_scene().clone()))
     }
 
     /// Steps accepted so far.
@@ -699,14 +737,16 @@ impl PySimulation {
         Contacts::new(py, found.map_err(fault)?)
     }
 
-    /// All bodies and surfaces of walls whose separation is at most `cutoff`, a length, computed afresh.
+    /// All bodies and surfaces of walls whose separation is at most `cutoff`, a length, computed afresh, with the
+    /// forces of the last step on the walls.
     #[pyo3(signature = (cutoff=0.0))]
     fn wall_contacts(&self, py: Python<'_>, cutoff: f64) -> PyResult<WallContacts> {
         let cutoff = checked(cutoff)?;
         let found = self.compute(py, |session| {
-            let walls = session.simulation().walls();
-            session
-                .compute(move |simulation| simulation.state().map(|state| AtWalls::of(&walls, &state.bodies, cutoff)))
+            session.compute(|simulation| {
+                let (walls, smooth) = (simulation.walls(), is_smooth(simulation.scene()));
+                simulation.state().map(|state| AtWalls::of(&walls, &state.bodies, Some(&state.warm), smooth, cutoff))
+            })
         })?;
         WallContacts::new(py, found.map_err(fault)?)
     }

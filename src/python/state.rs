@@ -2,19 +2,21 @@
 
 use super::arrays::column;
 use super::bodies::{Column, PyBodies};
-use super::contacts::{Contacts, Pairs};
+use super::contacts::{AtWalls, Contacts, Pairs, WallContacts, is_smooth};
 use super::error::rendered;
 use super::measure;
 use super::picture::{self, Look, Picture};
 use super::work::quietly;
 use crate::record::{Snapshot, TOUCHING};
-use crate::render::still;
+use crate::render::{still, still_file};
 use crate::scene::Scene;
 use crate::simulation::CellValues;
 use crate::view::{Pages, page_of_state};
+use crate::walls::Walls;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A recorded state of a run: the arrays of a `Simulation`, one row per body, each made when it is read. Every array is
@@ -48,6 +50,16 @@ impl PyState {
     /// The scene with its changes before this state.
     fn scene_then(&self) -> Arc<Scene> {
         self.scene.after(self.step).map_or_else(|| self.scene.clone(), Arc::new)
+    }
+
+    /// The cutoff that a user gives, or a thousandth of the thinnest body's thickness.
+    fn cutoff(slf: &PyRef<'_, Self>, given: Option<f64>) -> PyResult<f64> {
+        if given.is_some_and(|cutoff| !cutoff.is_finite()) {
+            return Err(PyValueError::new_err("cutoff: expected a finite length"));
+        }
+        let shapes = &slf.as_super().bodies.shape;
+        let thinnest = shapes.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
+        Ok(given.unwrap_or(if thinnest.is_finite() { TOUCHING * thinnest } else { 0.0 }))
     }
 
     fn cells(slf: &PyRef<'_, Self>) -> PyResult<CellValues> {
@@ -94,16 +106,22 @@ impl PyState {
     /// body's thickness. `gamma` and `force` are NaN in a state without forces.
     #[pyo3(signature = (cutoff=None))]
     fn contacts(slf: PyRef<'_, Self>, cutoff: Option<f64>) -> PyResult<Contacts> {
-        let py = slf.py();
-        if cutoff.is_some_and(|cutoff| !cutoff.is_finite()) {
-            return Err(PyValueError::new_err("cutoff: expected a finite length"));
-        }
+        let (py, cutoff) = (slf.py(), PyState::cutoff(&slf, cutoff)?);
         let (has_forces, base) = (slf.has_forces, slf.as_super());
         let (bodies, warm) = (&base.bodies, has_forces.then_some(&base.warm[..]));
-        let thinnest = bodies.shape.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
-        let touching = if thinnest.is_finite() { TOUCHING * thinnest } else { 0.0 };
-        let found = quietly(py, || Pairs::of(bodies, warm, cutoff.unwrap_or(touching)))?;
+        let found = quietly(py, || Pairs::of(bodies, warm, cutoff))?;
         Contacts::new(py, found)
+    }
+
+    /// All bodies and surfaces of walls whose separation is at most `cutoff`, as `contacts`.
+    #[pyo3(signature = (cutoff=None))]
+    fn wall_contacts(slf: PyRef<'_, Self>, cutoff: Option<f64>) -> PyResult<WallContacts> {
+        let (py, cutoff) = (slf.py(), PyState::cutoff(&slf, cutoff)?);
+        let (scene, base) = (slf.scene_then(), slf.as_super());
+        let (bodies, warm) = (&base.bodies, slf.has_forces.then_some(&base.warm[..]));
+        let walls = Walls::new(&scene.walls, scene.planar).at(base.time);
+        let found = quietly(py, || AtWalls::of(&walls, bodies, warm, is_smooth(&scene), cutoff))?;
+        WallContacts::new(py, found)
     }
 
     /// A measure of this state by its name, as `Simulation.measure`.
@@ -131,6 +149,27 @@ impl PyState {
         let (py, scene, state) = (slf.py(), slf.scene_then(), PyState::snapshot(&slf));
         let drawn = quietly(py, || still(&scene, state, &frames))?;
         picture::array(py, drawn.map_err(|no| rendered(py, no))?)
+    }
+
+    /// Writes a picture of this state into a file, as `Simulation.save_picture`.
+    #[pyo3(signature = (path, width=960, height=None, *, view=None, colour="orientation", range=None, background="white", words=true))]
+    #[allow(clippy::too_many_arguments)]
+    fn save_picture(
+        slf: PyRef<'_, Self>,
+        path: PathBuf,
+        width: u32,
+        height: Option<u32>,
+        view: Option<&str>,
+        colour: &str,
+        range: Option<[f64; 2]>,
+        background: &str,
+        words: bool,
+    ) -> PyResult<PathBuf> {
+        let look = Look { width, height, view, colour, range, background, words };
+        let frames = picture::in_file(&look, &path)?;
+        let (py, scene, state) = (slf.py(), slf.scene_then(), PyState::snapshot(&slf));
+        let drawn = quietly(py, || still_file(&scene, state, &frames))?;
+        picture::placed(py, path, drawn)
     }
 
     /// The page of `relcp view` of this state, as `Simulation.show`.

@@ -175,13 +175,11 @@ pub fn render_on(
     let source = source.as_ref();
     let run = Frame::of(source, states)?;
     let side = frames.side.unwrap_or(if run.planar { Side::Top } else { Side::Oblique });
-    if frames.format != Format::Png && (side != Side::Top || !run.planar) {
-        return Err(RenderError::NoVectors { side: if run.planar { "from a side" } else { "in space" } });
-    }
     let size = frames.size.map(|side| side.clamp(1, View::LARGEST_SIDE));
     let scene = scene_behind(source)?.map(|(scene, _)| scene);
     let backdrop = scene.map_or_else(Backdrop::default, |scene| Backdrop::of(&scene));
     let painter = Painter { rays, states, frames, run, backdrop, side, size };
+    painter.check_format()?;
     let (seen, note) = painter.scan(&mut *watch)?;
     let mut rendered = Rendered {
         complete: false,

@@ -44,7 +44,7 @@ pub use image::Image;
 pub use movie::{ENDINGS, Encoder, MovieKind, movie};
 pub use quantity::Quantity;
 pub use rays::Rays;
-pub use reel::{Reel, still};
+pub use reel::{Reel, still, still_file};
 pub use scale::Scale;
 
 use crate::bodies::Bodies;

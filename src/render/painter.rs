@@ -111,6 +111,15 @@ impl Painter<'_> {
         Ok((seen, note))
     }
 
+    /// Refuses vectors of what has depth.
+    pub fn check_format(&self) -> Result<(), RenderError> {
+        let planar = self.run.planar;
+        if self.frames.format != Format::Png && (self.side != Side::Top || !planar) {
+            return Err(RenderError::NoVectors { side: if planar { "from a side" } else { "in space" } });
+        }
+        Ok(())
+    }
+
     fn scan_state(&self, index: usize) -> Result<ScannedState, RenderError> {
         let state = self.states.read(index)?;
         let outside = !inside(state.time, self.frames.from, self.frames.to);
@@ -190,19 +199,7 @@ impl Painter<'_> {
         let state = self.states.read(index)?;
         let values = self.values(index, &state)?;
         let colours = scale::colours(self.frames.colour, &state.bodies, &values, scale);
-        let bodies = state.bodies.wrapped();
-        let bytes = match self.frames.format {
-            Format::Png => {
-                let mut bytes = Vec::new();
-                let image = self.pixels(&state, &bodies, camera, &colours, scale)?;
-                image.encode(&mut bytes).map_err(RecordError::io(Path::new(FOLDER), "pack a picture"))?;
-                bytes
-            }
-            format => self
-                .vectors(&state, &bodies, camera, &colours, scale)
-                .file(format)
-                .map_err(|what| RecordError::io(folder, "draw a picture")(std::io::Error::other(what)))?,
-        };
+        let bytes = self.bytes(&state, camera, &colours, scale, folder)?;
         let file = picture_file(number, self.frames.format);
         durable::place(&folder.join(&file), &bytes)?;
         Ok(RenderedFrame {
@@ -214,6 +211,27 @@ impl Painter<'_> {
             pixels_per_length: camera.pixels_per_length(),
             scale,
         })
+    }
+
+    /// The file of a picture; `folder` is where it goes, for messages.
+    fn bytes(
+        &self,
+        state: &Snapshot,
+        camera: &Camera,
+        colours: &[Vec3],
+        scale: Option<Scale>,
+        folder: &Path,
+    ) -> Result<Vec<u8>, RenderError> {
+        let bodies = state.bodies.wrapped();
+        if self.frames.format == Format::Png {
+            let mut bytes = Vec::new();
+            let image = self.pixels(state, &bodies, camera, colours, scale)?;
+            image.encode(&mut bytes).map_err(RecordError::io(folder, "pack a picture"))?;
+            return Ok(bytes);
+        }
+        let page = self.vectors(state, &bodies, camera, colours, scale);
+        let failed = |what| RecordError::io(folder, "draw a picture")(std::io::Error::other(what));
+        Ok(page.file(self.frames.format).map_err(failed)?)
     }
 
     /// The extent and the colour scale of all states together.
@@ -229,6 +247,15 @@ impl Painter<'_> {
         let colours = scale::colours(self.frames.colour, &state.bodies, &values, scale);
         let camera = extent.fit(axes_from(self.side), self.size);
         self.pixels(&state, &state.bodies.wrapped(), &camera, &colours, scale)
+    }
+
+    /// The file of a scanned state's picture.
+    pub fn file_alone(&self, seen: &ScannedState) -> Result<Vec<u8>, RenderError> {
+        let state = self.states.read(seen.index)?;
+        let values = self.values(seen.index, &state)?;
+        let colours = scale::colours(self.frames.colour, &state.bodies, &values, seen.scale);
+        let camera = seen.extent.fit(axes_from(self.side), self.size);
+        self.bytes(&state, &camera, &colours, seen.scale, Path::new(FOLDER))
     }
 
     /// The picture of a state in pixels.

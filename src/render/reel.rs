@@ -105,3 +105,17 @@ pub fn still(scene: &Scene, state: Snapshot, frames: &Frames) -> Result<Image, R
     // There is one state, and the scan has it.
     Reel::of(scene, &states, &frames, &mut |_, _| true)?.picture(scene, &states, 0)
 }
+
+/// The same as a file in the format of `frames`: pixels, or vectors for a planar scene seen from the top.
+///
+/// # Errors
+/// As [`still`], and [`RenderError::NoVectors`].
+pub fn still_file(scene: &Scene, state: Snapshot, frames: &Frames) -> Result<Vec<u8>, RenderError> {
+    let frames = Frames { from: f64::NEG_INFINITY, to: f64::INFINITY, ..frames.clone() };
+    let states = States::single(&scene.name, state);
+    let painter = painter(scene, &states, &frames);
+    painter.check_format()?;
+    let reel = Reel::of(scene, &states, &frames, &mut |_, _| true)?;
+    // There is one state, and the scan has it.
+    painter.file_alone(&reel.seen[0])
+}

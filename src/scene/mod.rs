@@ -326,7 +326,7 @@ impl From<BodyLineage> for Lineage {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 18] = [
+pub(crate) const MEASURES: [&str; 19] = [
     "nematic",
     "correlation",
     "radius",
@@ -338,6 +338,7 @@ pub(crate) const MEASURES: [&str; 18] = [
     "shear_stress",
     "force_chains",
     "friction",
+    "walls",
     "microdomains",
     "dissipation",
     "msd",

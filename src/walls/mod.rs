@@ -5,11 +5,15 @@
 //! place of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of
 //! `J` is zero.
 
+#[cfg(feature = "files")]
+mod area;
 mod enclosure;
 #[cfg(feature = "files")]
 mod lines;
 mod motion;
 mod number;
+#[cfg(feature = "files")]
+mod push;
 mod wall;
 
 #[cfg(feature = "files")]
@@ -21,6 +25,8 @@ pub use motion::WallMotion;
 pub(crate) use number::AtSurface;
 pub(crate) use number::{in_rows, of_rows};
 pub use number::{number_of, surface_of};
+#[cfg(feature = "files")]
+pub(crate) use push::WallPush;
 pub use wall::Wall;
 pub(crate) use wall::across;
 
@@ -47,11 +53,14 @@ pub struct WallContact {
     pub normal: DVec3,
     /// From the body's centre to the contact point on its surface.
     pub lever: DVec3,
+    /// The surface, by its place among those of all walls, in order.
+    pub surface: usize,
 }
 
 impl WallContact {
-    pub(crate) fn new(body: usize, wall: usize, found: Separation) -> WallContact {
-        WallContact { body, wall, separation: found.separation, normal: found.normal, lever: found.lever_a }
+    pub(crate) fn new(body: usize, [wall, surface]: [usize; 2], found: Separation) -> WallContact {
+        let Separation { separation, normal, lever_a: lever, .. } = found;
+        WallContact { body, wall, separation, normal, lever, surface }
     }
 
     /// The contact point on the body's surface, in space. `bodies` are those that the contact was found in.
@@ -202,6 +211,11 @@ impl Walls {
         self.wall[surface]
     }
 
+    /// Which of the surfaces of its wall a surface is, from 0.
+    pub fn face_of(&self, surface: usize) -> usize {
+        self.wall[..surface].iter().rev().take_while(|wall| **wall == self.wall[surface]).count()
+    }
+
     /// How far a body reaches past the walls, and past which one most; none where it is inside of all.
     pub fn deepest(&self, body: &Placed) -> Option<(f64, usize)> {
         let deeper = |deepest: Option<(f64, usize)>, (surface, wall): (&Surface, &usize)| {
@@ -220,10 +234,10 @@ impl Walls {
     pub fn contacts(&self, bodies: &Bodies, cutoff: f64) -> Vec<WallContact> {
         let of_body = |body: usize| {
             let placed = bodies.placed(body);
-            let walls = self.surfaces.iter().zip(&self.wall);
-            walls
-                .filter(|(surface, _)| surface.bound(&placed) <= cutoff)
-                .map(|(surface, wall)| WallContact::new(body, *wall, surface.separation(&placed)))
+            let surfaces = self.surfaces.iter().enumerate();
+            surfaces
+                .filter(|(_, surface)| surface.bound(&placed) <= cutoff)
+                .map(|(at, surface)| WallContact::new(body, [self.wall[at], at], surface.separation(&placed)))
                 .filter(|contact| contact.separation <= cutoff)
                 .collect::<Vec<_>>()
         };

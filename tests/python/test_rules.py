@@ -90,6 +90,35 @@ class Rules(unittest.TestCase):
         self.assertEqual(simulation.n_bodies, 4)
         self.assertEqual(set(simulation.rates), {1.0, 1.3})
 
+    def test_a_cell_divides_unevenly(self):
+        class Uneven:
+            def divide(self, mother, daughters):
+                lower, upper = daughters
+                whole = lower.length + upper.length
+                lower.length = 0.4 * whole
+                upper.length = whole - lower.length
+
+        simulation = relcp.Simulation(colony())
+        simulation.rules = Uneven()
+        while simulation.n_bodies < 2:
+            simulation.step()
+        small, large = simulation.lengths
+        self.assertAlmostEqual(small / large, 2 / 3, places=12)
+        # They meet: neither a gap nor an overlap, in the next step as well.
+        self.assertLessEqual(simulation.step().max_overlap, 1e-5)
+        while simulation.n_bodies < 20:
+            self.assertLessEqual(simulation.step().max_overlap, 1e-5)
+
+        class Wrong:
+            def divide(self, mother, daughters):
+                daughters[0].length = 2 * mother.length
+
+        simulation = relcp.Simulation(colony())
+        simulation.rules = Wrong()
+        with self.assertRaisesRegex(ValueError, r"length\[0\] \(body 0, id 1\): the lengths of two daughters add up"):
+            simulation.run()
+        self.assertEqual(simulation.n_bodies, 1)
+
     def test_wrong_values_name_the_cell_and_the_state_is_that_before(self):
         def setting(name, value):
             class Wrong:
@@ -185,6 +214,9 @@ class Aging:
     def divide(self, mother, daughters):
         for daughter in daughters:
             daughter.division_length = 3.0
+        whole = sum(daughter.length for daughter in daughters)
+        daughters[0].length = 0.45 * whole
+        daughters[1].length = whole - daughters[0].length
 
 
 if __name__ == "__main__":

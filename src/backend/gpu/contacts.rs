@@ -93,7 +93,7 @@ pub fn wall_contacts(
             kernel.call(record, count, OfPlacesArgs { count, pairs, placed, surfaces, contacts });
         })?;
         let near = part.iter().zip(separations).filter(|(_, found)| found.separation <= cutoff);
-        contacts.extend(near.map(|([body, at], found)| WallContact::new(*body, walls.wall_of(*at), found)));
+        contacts.extend(near.map(|([body, at], found)| WallContact::new(*body, [walls.wall_of(*at), *at], found)));
     }
     Ok(contacts)
 }

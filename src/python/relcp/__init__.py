@@ -42,6 +42,7 @@ from ._rules import Cell, Cells
 __all__ = [
     "NO_GROUP",
     "NO_PARENT",
+    "Batch",
     "Bodies",
     "Cell",
     "Cells",
@@ -64,6 +65,7 @@ __all__ = [
     "Table",
     "WallContacts",
     "__version__",
+    "batch",
     "devices",
     "measures",
     "run",
@@ -72,8 +74,8 @@ __all__ = [
 
 # What is imported when it is first asked for, and its module; with it `import relcp` would take twice as long.
 _LATER = {
-    "Page": "_page", "Pictures": "_run", "Run": "_run", "Shape": "_shape", "States": "_run", "Table": "_table",
-    "run": "_record",
+    "Batch": "_batch", "Page": "_page", "Pictures": "_run", "Run": "_run", "Shape": "_shape", "States": "_run", "Table": "_table",
+    "batch": "_batch", "run": "_record",
 }  # fmt: skip
 
 

@@ -31,6 +31,7 @@ _Force = Callable[["Bodies"], Union[_Vectors, tuple[_Vectors, Optional[_Vectors]
 __all__ = [
     "NO_GROUP",
     "NO_PARENT",
+    "Batch",
     "Bodies",
     "Cell",
     "Cells",
@@ -53,6 +54,7 @@ __all__ = [
     "Table",
     "WallContacts",
     "__version__",
+    "batch",
     "devices",
     "measures",
     "run",
@@ -404,6 +406,11 @@ class WallContacts:
         """(M,): the index of the wall in the scene."""
 
     @property
+    def face(self) -> npt.NDArray[np.uint64]:
+        """(M,): which of the wall's surfaces: of a channel the side that its normal points away from, then the other;
+        of a box the low and the high side along x, y and z; of a cylinder the tube, then the ends."""
+
+    @property
     def separation(self) -> _Floats:
         """(M,): the body's signed distance from the surface."""
 
@@ -414,6 +421,15 @@ class WallContacts:
     @property
     def point(self) -> _Floats:
         """(M, 3): the contact point on the body's surface, in space."""
+
+    @property
+    def gamma(self) -> _Floats:
+        """(M,): the normal force of the last step, summed over the places where the body touches; zero without
+        contact."""
+
+    @property
+    def force(self) -> _Floats:
+        """(M, 3): the force of the body on the wall: along the normal, and friction."""
 
 class Bodies:
     """All bodies at the time at which a force is evaluated, one row per body; arrays are read-only copies."""
@@ -511,6 +527,9 @@ class State(Bodies):
         """All pairs of bodies whose separation is at most `cutoff`, by default a thousandth of the thinnest body's
         thickness; `gamma` and `force` are NaN in a state without forces."""
 
+    def wall_contacts(self, cutoff: Optional[float] = None) -> WallContacts:
+        """All bodies and surfaces of walls whose separation is at most `cutoff`, as `contacts`."""
+
     def measure(self, name: str) -> dict[str, Any]:
         """A measure of this state: values by column, `remark`, and `profile` if it has one."""
 
@@ -526,6 +545,20 @@ class State(Bodies):
         words: bool = True,
     ) -> npt.NDArray[np.uint8]:
         """A picture, (height, width, 4), as `Simulation.render`."""
+
+    def save_picture(
+        self,
+        path: _Path,
+        width: int = 960,
+        height: Optional[int] = None,
+        *,
+        view: _View = None,
+        colour: _Colour = "orientation",
+        range: _Range = None,
+        background: _Background = "white",
+        words: bool = True,
+    ) -> pathlib.Path:
+        """Writes a picture: `.png`, or vectors of a planar scene seen from the top, `.svg` and `.pdf`."""
 
     def show(self, width: _Size = None, height: _Size = None, *, colour: _Colour = "orientation") -> Page:
         """The page of `relcp view` of this state."""
@@ -648,6 +681,9 @@ class Run:
     ) -> Table:
         """A measure over all recorded states, one row per state."""
 
+    def to_xarray(self) -> Any:
+        """The recorded states as a Dataset of xarray, over `time` and `id`. Raises ImportError without xarray."""
+
     def export(
         self,
         format: Literal["gsd", "vtk", "lammps", "xyz"],
@@ -694,6 +730,21 @@ class Run:
         words: bool = True,
     ) -> npt.NDArray[np.uint8]:
         """A picture of the last state that is not later than `time`, as `Simulation.render`."""
+
+    def save_picture(
+        self,
+        path: _Path,
+        time: Optional[float] = None,
+        width: int = 960,
+        height: Optional[int] = None,
+        *,
+        view: _View = None,
+        colour: _Colour = "orientation",
+        range: _Range = None,
+        background: _Background = "white",
+        words: bool = True,
+    ) -> pathlib.Path:
+        """Writes a picture: `.png`, or vectors of a planar scene seen from the top, `.svg` and `.pdf`."""
 
     def pictures(
         self,
@@ -765,6 +816,38 @@ def run(
 ) -> Run:
     """Runs a scene to its end and records it, as `relcp run`: the same files with the same bits."""
 
+class Batch(Sequence[Run]):
+    """The runs of a sweep, in the order of its members."""
+
+    path: pathlib.Path
+    table: Table
+    """One row per member: the varied keys, `status`, `steps`, `bodies`, `folder`, `message` and more."""
+    @overload
+    def __getitem__(self, index: int, /) -> Run: ...
+    @overload
+    def __getitem__(self, index: slice, /) -> list[Run]: ...
+    def __len__(self) -> int: ...
+
+def batch(
+    scene: Union[Scene, _Path, None] = None,
+    grid: Optional[Mapping[str, Iterable[Any]]] = None,
+    *,
+    list: Optional[Sequence[Mapping[str, Any]]] = None,
+    seeds: Union[int, Iterable[int], None] = None,
+    set: Optional[Mapping[str, Any]] = None,
+    sweep: Optional[_Path] = None,
+    out: Optional[_Path] = None,
+    name: Optional[str] = None,
+    backend: Literal["cpu", "gpu"] = "cpu",
+    jobs: Optional[int] = None,
+    threads: Optional[int] = None,
+    precision: _Precision = None,
+    adapter: Optional[str] = None,
+    retry: bool = False,
+    progress: bool = True,
+) -> Batch:
+    """Runs a scene in many variants, each in its own folder, as `relcp batch`."""
+
 class Cells:
     """All cells before a step, one row each, for `update(cells)` of a simulation's rules."""
 
@@ -823,15 +906,14 @@ class Cells:
 class Cell:
     """One cell at a division, for `divide(mother, daughters)` of a simulation's rules."""
 
+    length: float
+    """Tip to tip: of a mother before the step, of a daughter after it. Lengths that daughters are given keep their
+    sum."""
     rate: float
     division_length: float
     group: Optional[str]
     @property
     def id(self) -> int: ...
-    @property
-    def length(self) -> float:
-        """Tip to tip: of a mother before the step, of a daughter after it."""
-
     def __getitem__(self, name: str) -> float: ...
     def __setitem__(self, name: str, value: float) -> None: ...
     def __contains__(self, name: str) -> bool: ...
@@ -898,6 +980,9 @@ class Simulation:
     def add(self, bodies: Sequence[Mapping[str, Any]]) -> npt.NDArray[np.int64]:
         """Adds bodies, dicts as in a scene's `bodies`, after all others; returns their ids."""
 
+    def change(self, keys: Mapping[str, Any]) -> None:
+        """Gives dotted keys of the scene other values from the present state on; they become its `changes`."""
+
     def remove(
         self, of: _Which = None, *, ids: Union[Sequence[int], npt.NDArray[Any], None] = None
     ) -> None:
@@ -918,6 +1003,20 @@ class Simulation:
         words: bool = True,
     ) -> npt.NDArray[np.uint8]:
         """A picture of the present state as `relcp render` draws it: (height, width, 4), red, green, blue, opacity."""
+
+    def save_picture(
+        self,
+        path: _Path,
+        width: int = 960,
+        height: Optional[int] = None,
+        *,
+        view: _View = None,
+        colour: _Colour = "orientation",
+        range: _Range = None,
+        background: _Background = "white",
+        words: bool = True,
+    ) -> pathlib.Path:
+        """Writes a picture: `.png`, or vectors of a planar scene seen from the top, `.svg` and `.pdf`."""
 
     def show(self, width: _Size = None, height: _Size = None, *, colour: _Colour = "orientation") -> Page:
         """The page of `relcp view` of the present state."""

@@ -66,25 +66,21 @@ class Cells:
 class Cell:
     """One cell at a division, for `divide(mother, daughters)` of a simulation's rules.
 
-    Of daughters, `rate`, `division_length`, `group` (a name or None) and `cell["name"]` may be set. `id` and `length`
-    are read-only.
+    Of daughters, `length`, `rate`, `division_length`, `group` (a name or None) and `cell["name"]` may be set; `id` is
+    read-only. Both lengths are tip to tip, of a mother before the step, of daughters after it; those of two daughters
+    keep their sum.
     """
 
-    __slots__ = ("_id", "_length", "_columns", "rate", "division_length", "group")
+    __slots__ = ("_id", "_columns", "length", "rate", "division_length", "group")
 
     def __init__(self, id, length, rate, division_length, group, columns):
-        self._id, self._length, self._columns = id, length, columns
-        self.rate, self.division_length, self.group = rate, division_length, group
+        self._id, self._columns = id, columns
+        self.length, self.rate, self.division_length, self.group = length, rate, division_length, group
 
     @property
     def id(self):
         """Its id, unique over a run."""
         return self._id
-
-    @property
-    def length(self):
-        """Its tip-to-tip length: of a mother before the step, of a daughter after it."""
-        return self._length
 
     def __getitem__(self, name):
         return self._columns[name]

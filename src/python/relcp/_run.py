@@ -212,6 +212,13 @@ class Run:
         warn(notes)
         return files
 
+    def to_xarray(self):
+        """The recorded states as a Dataset of xarray, over `time` and the `id`s of all bodies that ever were: NaN
+        where a body is not there at a time. Raises ImportError without xarray."""
+        from ._dataset import of_states
+
+        return of_states(self.states, self.scene)
+
     def view(self, path=None, *, colour="orientation", every=1, start=None, end=None):
         """Writes the page of `relcp view`, by default `view.html` in the run's folder; returns its path. It has every
         `every`th state from time `start` to `end`."""
@@ -230,6 +237,12 @@ class Run:
         `Simulation.render`: (height, width, 4) uint8."""
         state = self.states[-1] if time is None else self.at(time)
         return state.render(width, height, **look)
+
+    def save_picture(self, path, time=None, width=960, height=None, **look):
+        """Writes the picture of `render` into a file, `.png`, or vectors of a planar run seen from the top, `.svg` and
+        `.pdf`; returns its path."""
+        state = self.states[-1] if time is None else self.at(time)
+        return state.save_picture(path, width, height, **look)
 
     def pictures(self, width=960, height=None, *, fit="run", every=1, start=None, end=None, **look):
         """Pictures of every `every`th state from time `start` to `end`, a sequence of arrays as `render` makes, each

@@ -67,6 +67,11 @@ impl Limits {
                 Edit::Set(which, values) => applied.set(self, which, values)?,
                 Edit::Add(bodies) => applied.add(scene, bodies)?,
                 Edit::Remove(which) => applied.remove(which)?,
+                Edit::Share(share) => {
+                    let shared = applied.share(self, share);
+                    let refused = |(body, why)| At { what: "length", row: body, body }.refused(&state.bodies, why);
+                    shared.map_err(refused)?;
+                }
             }
         }
         applied.finish(self, scene)
@@ -90,6 +95,12 @@ impl Applied {
             self.touched[body] = true;
         }
         Ok(())
+    }
+
+    /// Notes that a body has another length and another place.
+    pub(super) fn lengthened(&mut self, body: usize) {
+        (self.moved[body], self.touched[body]) = (true, true);
+        (self.lengthened, self.differs) = (true, true);
     }
 
     /// Gives body `i` the value of a row.

@@ -9,6 +9,7 @@ mod apply;
 mod error;
 mod limits;
 mod rules;
+mod share;
 #[cfg(feature = "files")]
 #[cfg(test)]
 mod tests;
@@ -25,6 +26,7 @@ use crate::step::{Fault, Plan, State};
 use apply::Applied;
 use glam::{DQuat, DVec3};
 pub(super) use limits::Limits;
+use share::Share;
 use std::collections::HashMap;
 
 /// Some bodies of a simulation.
@@ -96,6 +98,7 @@ enum Edit {
     Set(Which, Values),
     Add(Vec<Body>),
     Remove(Which),
+    Share(Share),
 }
 
 /// What changes of a simulation's state, in order: indices are those after the edits before.
@@ -141,6 +144,13 @@ impl Change {
     /// Removes bodies. Bonds that they had are gone.
     pub fn remove_bodies(mut self, which: Which) -> Self {
         self.edits.push(Edit::Remove(which));
+        self
+    }
+}
+
+impl Change {
+    fn share(mut self, share: Share) -> Self {
+        self.edits.push(Edit::Share(share));
         self
     }
 }

@@ -1,6 +1,6 @@
 //! Cells whose growth, division and state a user's rules decide, step by step.
 
-use super::{Change, ChangeError, Limits, Simulation, Values, Which};
+use super::{Change, ChangeError, Limits, Share, Simulation, Values, Which, parts_first};
 use crate::bodies::{Bodies, OwnGrowth};
 use crate::dynamics::{DivisionRule, pressures};
 use crate::scene::Scene;
@@ -46,12 +46,13 @@ pub struct CellValues {
     pub columns: BTreeMap<String, Vec<f64>>,
 }
 
-/// One cell at a division.
+/// One cell at a division. What is changed of a mother has no effect.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cell {
     /// Its id. Changing it has no effect.
     pub id: u64,
-    /// Its tip-to-tip length: a mother's before the step, a daughter's after it. Changing it has no effect.
+    /// Its tip-to-tip length: a mother's before the step, a daughter's after it. Daughters may have other lengths than
+    /// these, with the same sum: the place where their mother was cut then moves along them, and their outer tips stay.
     pub length: f64,
     /// As [`CellValues::rate`].
     pub rate: f64,
@@ -115,7 +116,8 @@ pub trait Rules: Send {
     }
 
     /// Called after a step for each cell that divided in it, in the order of the mothers, before bodies are removed.
-    /// Daughters have inherited their mother's own values. New values act from the next step on.
+    /// Daughters have inherited their mother's own values, and the halves of her length; the first is the one at her
+    /// lower end, the start of body z. New values act from the next step on.
     ///
     /// # Errors
     /// A message.
@@ -170,11 +172,16 @@ impl Simulation {
         self.finish(report)
     }
 
-    /// Applies a change of values, which needs no other backend.
+    /// Applies a change by rules.
     fn change_by_rule(&mut self, change: &Change) -> Result<(), ChangeError> {
         let applied = self.applied(change)?;
-        if applied.differs {
+        if applied.lengthened && self.device().is_some() {
+            self.rebuild(&applied.state)?;
+        } else if applied.differs {
             self.backend.restore(&applied.state)?;
+        }
+        if applied.lengthened {
+            self.plan.parts_first = parts_first(&self.scene, &self.scene.model(), &self.plan, &applied.state);
         }
         Ok(())
     }
@@ -189,7 +196,7 @@ impl Simulation {
         let limits = self.limits.get_or_insert_with(|| Box::new(Limits::of(&self.scene)));
         let bodies = &self.backend.state()?.bodies;
         let (mothers, daughters) = (CellValues::of(limits, &before.bodies), CellValues::of(limits, bodies));
-        let mut decided = daughters.clone();
+        let (mut decided, mut shared) = (daughters.clone(), Vec::new());
         let born = before.bodies.len()..bodies.len();
         let upper: HashMap<u64, usize> = born.filter_map(|i| Some((bodies.lineage[i].parent?, i))).collect();
         for Divided { number, line, .. } in divided {
@@ -202,11 +209,16 @@ impl Simulation {
             let [first, second] = &mut pair;
             let decision = rules.divide(&mother, [first, second]);
             decision.map_err(|what| raised(step, &format!("divide of cell {}", line.id), &what))?;
+            let lengths = [pair[0].length, pair[1].length];
+            if lengths != [lower, upper].map(|i| bodies.shape[i].major_axis()) {
+                shared.push(Share { daughters: [lower, upper], lengths });
+            }
             for (i, cell) in [lower, upper].into_iter().zip(pair) {
                 decided.put(i, cell);
             }
         }
-        decided.changed_from(&daughters).map_err(|no| in_rule(step, "divide", no))
+        let change = decided.changed_from(&daughters).map_err(|no| in_rule(step, "divide", no))?;
+        Ok(shared.into_iter().fold(change, Change::share))
     }
 }
 

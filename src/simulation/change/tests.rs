@@ -336,6 +336,84 @@ mod by_rules {
         assert!(simulation.take_rules().is_some());
     }
 
+    /// The lower daughter gets this part of her mother.
+    struct Uneven(f64);
+
+    impl Rules for Uneven {
+        fn divide(&mut self, _: &Cell, [lower, upper]: [&mut Cell; 2]) -> Result<(), String> {
+            let whole = lower.length + upper.length;
+            lower.length = self.0 * whole;
+            upper.length = whole - lower.length;
+            Ok(())
+        }
+    }
+
+    /// The tips of a rod, the lower one first.
+    fn tips(bodies: &Bodies, i: usize) -> [DVec3; 2] {
+        let reach = 0.5 * bodies.shape[i].major_axis() * (bodies.orientation[i] * DVec3::Z);
+        [bodies.position[i] - reach, bodies.position[i] + reach]
+    }
+
+    #[test]
+    fn daughters_of_other_lengths_keep_their_outer_tips_and_meet_where_their_mother_was_cut() {
+        let sizer = r#"{"rate": 1, "division_length": 4}"#;
+        let adder = r#"{"rate": 1, "rule": "adder", "added_length": 2}"#;
+        for growth in [sizer, adder] {
+            let scene = Scene::load("colony", ["time.dt=0.01", "time.end=4", &format!("growth={growth}")]).unwrap();
+            let mut both = [0.5, 0.375].map(|part| {
+                let mut simulation = Simulation::new(scene.clone()).unwrap();
+                simulation.set_rules(Box::new(Uneven(part)));
+                while simulation.bodies() < 2 {
+                    simulation.step().unwrap();
+                }
+                simulation
+            });
+            let [even, uneven] = both.each_ref().map(|simulation| state(simulation).bodies);
+            let whole = even.shape[0].major_axis() + even.shape[1].major_axis();
+            for (body, part) in [(0, 0.375), (1, 0.625)] {
+                assert!((uneven.shape[body].major_axis() - part * whole).abs() < 1e-14 * whole);
+                assert!(tips(&uneven, body)[body].distance(tips(&even, body)[body]) < 1e-14 * whole);
+                assert_eq!(uneven.position[body].z, even.position[body].z);
+                let born = uneven.lineage[body].birth_length;
+                let expected = even.lineage[body].birth_length.map(|birth| birth * 2.0 * part);
+                assert!(born.zip(expected).is_none_or(|(born, expected)| (born - expected).abs() < 1e-14));
+                assert_eq!(born.is_some(), growth == adder);
+            }
+            let gap = |bodies: &Bodies| tips(bodies, 0)[1].distance(tips(bodies, 1)[0]);
+            assert!((gap(&uneven) - gap(&even)).abs() < 1e-14 * whole);
+            // The next steps hold too, and the longer daughter divides first.
+            for simulation in &mut both {
+                while simulation.bodies() < 3 {
+                    assert!(simulation.step().unwrap().max_overlap <= 1e-5);
+                }
+            }
+            let parents = both.each_ref().map(|simulation| state(simulation).bodies.lineage[2].parent);
+            assert_eq!(parents[1], Some(2), "{growth}");
+        }
+    }
+
+    #[test]
+    fn uneven_divisions_go_on_to_the_same_bits_after_resuming_also_with_inertia() {
+        for law in ["dynamics.overdamped.drag=1", "dynamics.inertial.density=1"] {
+            let scene = Scene::load("colony", ["time.dt=0.01", "time.end=6", law]).unwrap();
+            let ruled = |mut simulation: Simulation| {
+                simulation.set_rules(Box::new(Uneven(0.4)));
+                simulation
+            };
+            let mut simulation = ruled(Simulation::new(scene).unwrap());
+            while simulation.bodies() < 4 {
+                simulation.step().unwrap();
+            }
+            let mut again = ruled(resumed(&simulation));
+            for _ in 0..40 {
+                assert!(simulation.step().unwrap().max_overlap <= 1e-5, "{law}");
+                again.step().unwrap();
+            }
+            assert_eq!(state(&simulation), state(&again), "{law}");
+            assert!(simulation.bodies() >= 4);
+        }
+    }
+
     #[test]
     fn rules_that_change_nothing_keep_every_bit() {
         struct Idle;
@@ -368,7 +446,7 @@ mod by_rules {
 
     #[test]
     fn a_rule_that_fails_ends_the_step_with_the_cell_and_the_state_before() {
-        let cases: [(Update, Divide, &str); 6] = [
+        let cases: [(Update, Divide, &str); 8] = [
             (|_, _| Err("no".into()), |_| Ok(()), "rules, update: no"),
             (
                 |_, cells| {
@@ -402,6 +480,22 @@ mod by_rules {
                     Ok(())
                 },
                 "rules, divide: rate[1] (body 1, id 2): must not be negative",
+            ),
+            (
+                |_, _| Ok(()),
+                |second| {
+                    second.length += 0.25;
+                    Ok(())
+                },
+                "rules, divide: length[0] (body 0, id 1): the lengths of two daughters add up to",
+            ),
+            (
+                |_, _| Ok(()),
+                |second| {
+                    second.length = 0.1;
+                    Ok(())
+                },
+                "rules, divide: length[1] (body 1, id 2): must be at least the diameter, 0.5, not 0.1",
             ),
         ];
         for (update, divide, expected) in cases {
