@@ -34,9 +34,24 @@ function composed(viewer, canvas = document.createElement("canvas")) {
   const bar = parseFloat(byId("bar").style.width) || 0;
   context.fillRect(16, height - 18, bar, 2);
   context.fillText(byId("bar").textContent.trim(), 16, height - 38);
-  if (!byId("legend").hidden) drawnLegend(context, { width, height, plate, ink });
+  const by_group = viewer.run.header.quantities[viewer.colour].name === "group" && viewer.run.header.groups.length > 0;
+  if (!byId("legend").hidden) (by_group ? drawnGroups : drawnLegend)(context, { width, height, plate, ink });
   context.restore();
   return canvas;
+}
+
+/** The groups with their colours, in the lower right corner. */
+function drawnGroups(context, { width, height, plate, ink }) {
+  const all = [...byId("groups").children].map((button) => [button.firstElementChild.style.background, button.textContent]);
+  const wide = Math.max(...all.map(([, name]) => context.measureText(name).width)) + 36;
+  plate(width - 16 - wide, height - 24 - 20 * all.length, wide, 20 * all.length + 8);
+  all.forEach(([colour, name], k) => {
+    const y = height - 20 - 20 * (all.length - k);
+    context.fillStyle = colour;
+    context.fillRect(width - 8 - wide, y, 12, 12);
+    context.fillStyle = ink;
+    context.fillText(name, width + 10 - wide, y - 1);
+  });
 }
 
 function drawnLegend(context, { width, height, plate, ink }) {

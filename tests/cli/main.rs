@@ -1,6 +1,7 @@
 //! The program from outside: exit statuses, what goes to which stream, files, interruption.
 #![allow(clippy::unwrap_used)]
 
+mod browser;
 mod completions;
 mod first_use;
 mod flags;
