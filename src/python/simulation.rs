@@ -657,6 +657,12 @@ impl PySimulation {
         table(py, self.bodies(py, bodies::orientations)?)
     }
 
+    /// (N, 3): unit vectors, each body's own z in space: the axis of rods and rings.
+    #[getter]
+    fn axes<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
+        table(py, self.bodies(py, bodies::axes)?)
+    }
+
     /// (N, 3): velocities, length / time; under the overdamped law those of the last step.
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> Table<'py, f64> {

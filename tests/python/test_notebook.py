@@ -40,6 +40,10 @@ class Notebooks(unittest.TestCase):
         # Of random directions the mean cosine is under a half, of those that turned it is not.
         self.assertLess(names["order"][0], 0.5)
         self.assertGreater(names["order"][-1], 0.7)
+        # Of 80 rods that swim alone: the closed form of active Brownian motion, at lags before and after the turning.
+        ratio = names["spread"] / names["closed"]
+        self.assertLess(abs(ratio[0] - 1), 0.05, ratio)
+        self.assertTrue((abs(ratio - 1) < 0.3).all(), ratio)
 
     def test_crowding(self):
         names, ran = run("crowding")
@@ -52,8 +56,21 @@ class Notebooks(unittest.TestCase):
         self.assertLess(distances[resting].mean(), 0.8 * distances[~resting].mean())
         self.assertTrue((np.asarray(names["summary"]["max_overlap"]) < 1e-5).all())
 
+    def test_sweep(self):
+        names, ran = run("sweep")
+        self.assertGreaterEqual(ran, 3)
+        self.assertEqual(set(names["batch"].table["status"]), {"done"})
+        forces, measured = names["forces"], names["measured"]
+        closed = names["D"] + forces**2 / (2 * names["D_r"])
+        for force in np.unique(forces):
+            own = measured[forces == force] / closed[forces == force]
+            # 180 rods over two lags: a tenth is two standard errors.
+            self.assertLess(abs(own.mean() - 1), 0.25, (force, own))
+        means = [measured[forces == force].mean() for force in np.unique(forces)]
+        self.assertEqual(means, sorted(means))
+
     def test_their_pages_are_of_these_notebooks(self):
-        for name in ["swimmers", "crowding"]:
+        for name in ["swimmers", "crowding", "sweep"]:
             page = (ROOT / "docs" / "notebook" / f"{name}.md").read_text(encoding="utf-8")
             for source in cells(name, "code") + cells(name, "markdown"):
                 self.assertIn(source.rstrip(";"), page)

@@ -66,7 +66,7 @@ class Types(unittest.TestCase):
         # Exceptions have their attributes when they are raised, Cells those of its bodies; users make neither cells nor
         # states; modules with an underscore are the package's own. That Bodies is laid out in Rust is said by typing
         # extensions alone.
-        names = ["Bodies", "SceneError\\..*", "Cells\\..*", "Cell\\.__init__", "(States|Pictures)\\.__init__", "_.*"]
+        names = ["Bodies", "SceneError\\..*", "Cells\\..*", "Cell\\.__init__", "(States|Pictures|Batch)\\.__init__", "_.*"]
         allowed.write_text("".join(f"relcp\\.{name}\n" for name in names))
         config = self.place / "mypy.ini"
         config.write_text("[mypy]\nignore_missing_imports = True\n")

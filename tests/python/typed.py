@@ -18,6 +18,7 @@ class Rules:
     def divide(self, mother: relcp.Cell, daughters: tuple[relcp.Cell, relcp.Cell]) -> None:
         for daughter in daughters:
             daughter.division_length = 2.0 * mother.length
+            daughter.length = 1.0 * daughter.length
             daughter["signal"] = 1.0
 
 
@@ -36,6 +37,7 @@ def simulate(place: pathlib.Path) -> dict[str, Any]:
     ids: npt.NDArray[np.int64] = simulation.ids
     groups: npt.NDArray[np.int32] = simulation.groups
     labels: list[Optional[str]] = simulation.group_labels
+    simulation.change({"growth.rate": 0.9})
     simulation.set(of=[0], position=simulation.positions[:1] + 0.0, columns={"signal": 1.0})
     rods: npt.NDArray[np.bool_] = simulation.shapes == relcp.Shape.SPHEROCYLINDER
     near: relcp.Contacts = simulation.contacts(0.01)
@@ -62,6 +64,10 @@ def record(place: pathlib.Path) -> relcp.Table:
     pictures: relcp.Pictures = again.pictures(64, fit="each", view="top")
     assert pictures[0].shape == (36, 64, 4) and len(pictures[1:]) == len(again.states) - 1
     assert times.size == 2 and list(columns) == ["signal"] and status == "done" and files and page.is_file()
+    on_walls: Floats = state.wall_contacts(0.1).force
+    vectors: pathlib.Path = run.save_picture(place / "run.svg", width=64, colour="length")
+    batch: relcp.Batch = relcp.batch(scene, {"time.dt": [0.01, 0.02]}, seeds=1, out=place / "batch", progress=False)
+    assert on_walls.shape == (0, 3) and vectors.is_file() and batch.table.n_rows == 2 and batch[0].status == "done"
     ensemble = relcp.Ensemble([scene], threads=1)
     stopped: list[Optional[Exception]] = ensemble.run()
     assert stopped == [None] and relcp.measures() and relcp.scenes()

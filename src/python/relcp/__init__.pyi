@@ -1077,6 +1077,10 @@ class Simulation:
         """(N, 4): unit quaternions [w, x, y, z], body axes to space."""
 
     @property
+    def axes(self) -> _Floats:
+        """(N, 3): each body's own z in space: the axis of rods and rings."""
+
+    @property
     def velocities(self) -> _Floats:
         """(N, 3): length / time; under the overdamped law those of the last step."""
 
