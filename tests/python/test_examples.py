@@ -90,7 +90,8 @@ class Examples(unittest.TestCase):
             # The mother is at the closed end, 14 below the open one, less her half length and the wall.
             self.assertLess(simulation.positions[mother, 1], -11)
         # A trench is 14 long, and a cell leaves when its centre is outside.
-        self.assertTrue((np.array(names["filled"]) > 9).all() and (np.array(names["filled"]) < 18).all(), names["filled"])
+        filled = np.array(names["filled"])
+        self.assertTrue((filled > 9).all() and (filled < 18).all(), filled)
 
     def test_they_are_short_and_on_the_page(self):
         files = sorted(FOLDER.glob("*.py"))
