@@ -1,8 +1,11 @@
 //! The state of all bodies, one array a quantity: the configuration `C^k` of the method.
 
 mod columns;
+mod held;
 
 pub use columns::{Columns, OwnGrowth};
+pub use held::HeldBond;
+pub(crate) use held::sorted_pairs;
 
 use crate::motion::{Pose, Twist};
 use crate::periodic::Periods;
@@ -53,7 +56,7 @@ impl Lineage {
     }
 }
 
-/// All bodies of a simulation, and the space that they are in. Arrays but that of bonds are indexed by body
+/// All bodies of a simulation, and the space that they are in. Arrays but those of bonds are indexed by body
 /// and have the same length.
 #[derive(Debug, Default, PartialEq)]
 pub struct Bodies {
@@ -75,6 +78,8 @@ pub struct Bodies {
     pub columns: Columns,
     /// The indices in the scene of broken bonds, ascending.
     pub broken_bonds: Vec<u32>,
+    /// The bonds and joints that hold, by number, with what they do; empty on a process that has a part of the bodies.
+    pub bonds: Vec<HeldBond>,
     /// The periods of the space that they are in. Positions are not wrapped.
     pub periods: Periods,
     /// Whether they cannot leave the plane: then they are measured in it.
@@ -144,6 +149,7 @@ impl Bodies {
         kept(&mut self.group, keep);
         kept(&mut self.lineage, keep);
         self.columns.retain(keep);
+        self.retain_bonds(keep);
     }
 
     /// The first body with a custom shape, which files and devices do not support.
@@ -225,6 +231,7 @@ impl Clone for Bodies {
         self.lineage.clone_from(&from.lineage);
         self.columns.clone_from(&from.columns);
         self.broken_bonds.clone_from(&from.broken_bonds);
+        self.bonds.clone_from(&from.bonds);
         self.periods = from.periods;
         self.planar = from.planar;
     }

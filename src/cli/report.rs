@@ -31,6 +31,9 @@ pub(super) fn print(out: &mut dyn Write, folder: &Path, page: Option<&Path>, s: 
     let (worst, allowed) = (s.max_overlap, s.overlap_tolerance);
     let [worst, last] = [worst, s.final_max_overlap].map(|overlap| beside(overlap, allowed));
     writeln!(out, "  overlap     {worst} at most of {allowed} allowed, {last} at the end", allowed = short(allowed))?;
+    if let Some(broken) = s.broken_bonds {
+        writeln!(out, "  bonds       {} broke", broken)?;
+    }
     if let Some(friction) = &s.friction {
         let (work, slip) = (few(friction.work), few(friction.elastic_slip));
         writeln!(out, "  friction    took {work} of energy; elastic slip {slip}")?;

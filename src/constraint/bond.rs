@@ -64,6 +64,8 @@ pub(crate) struct Line<const D: usize> {
     pub compliance: f64,
     /// Where the force of a multiplier of 1 on the second body points; zero where it is a torque.
     pub direction: DVec3,
+    /// The torque of a multiplier of 1 on the second body about the bond's end there.
+    pub couple: DVec3,
 }
 
 impl<const D: usize> Line<D> {
@@ -78,7 +80,7 @@ pub(crate) fn lines<const D: usize>(of: &Stretch, movers: [Mover<'_>; 2], dt: f6
     let [lever_a, lever_b] = of.arms;
     let line = |direction: DVec3, separation: f64, compliance: f64| {
         let found = Separation { separation, normal: direction, lever_a, lever_b };
-        Line { row: row(&found, movers, dt), compliance, direction }
+        Line { row: row(&found, movers, dt), compliance, direction, couple: DVec3::ZERO }
     };
     let (mut own, mut further) = (Vec::new(), Vec::new());
     if let Some(compliance) = of.compliance.filter(|_| of.length == 0.0) {
@@ -124,8 +126,9 @@ fn turning<const D: usize>(
 ) -> Line<D> {
     let Mover { motion, reached_with, .. } = movers[end];
     let torque = torque_arm(arm, across, reached_with.angular, dt);
+    let compliance = arm.length_squared() / holds;
     let mut jacobian = [[0.0; D]; 2];
     jacobian[end] = pack::<D>(DVec3::ZERO, dt.sqrt() * (motion.factor.rotation * torque));
     let to_come = dt * torque.dot(motion.free.angular - reached_with.angular);
-    Line { row: (jacobian, to_come), compliance: arm.length_squared() / holds, direction: DVec3::ZERO }
+    Line { row: (jacobian, to_come), compliance, direction: DVec3::ZERO, couple: DVec3::ZERO }
 }

@@ -35,7 +35,8 @@ pub(super) fn lines<'a, const D: usize>(
         };
         let arms = [carried_back(on_a, angular[0], dt), carried_back(on_b, angular[1], dt)];
         let row = row_of(movers, direction, arms, of.reach * part, dt);
-        Line { row, compliance: of.reach * of.reach * turn.compliance, direction }
+        let couple = if turn.between == Between::FirstAndWay { DVec3::ZERO } else { about };
+        Line { row, compliance: of.reach * of.reach * turn.compliance, direction, couple }
     };
     turn.parts().map(turns)
 }

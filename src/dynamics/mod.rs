@@ -29,6 +29,7 @@ pub(crate) mod thermal;
 pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
+pub use bonds::BondName;
 pub(crate) use bonds::turning::{Between, Turn, least_way};
 pub use bonds::{Bending, Bond, DaughterBond, Joint};
 pub(crate) use bonds::{Bonds, Incidence, Member, Unstable, instability};

@@ -14,6 +14,9 @@
 //! | `log/particles/angular_velocity` | N x 3 | |
 //! | `log/particles/Aspherical Shape` | N x 3, f32 | shapes for OVITO, if the types are classes |
 //!
+//! Where a state has bonds, `bonds/N`, `bonds/typeid` (all of the type `bond`) and `bonds/group` (the two bodies) are those
+//! that hold, and `log/bonds/force` (B x 3) is the force of each on its second body, where it is known.
+//!
 //! The box is centred on the origin, as the schema requires. Along a periodic axis its side is the period; positions
 //! are wrapped into it, in a sheared cell into the tilted box, and `particles/image` (N x 3, i32) has the number of
 //! periods to add. Along other axes it contains every body of every state, and has no other meaning (the schema's boxes
@@ -45,6 +48,8 @@ struct Common {
     half: DVec3,
     bodies: usize,
     planar: bool,
+    /// Whether any state has bonds.
+    bonded: bool,
 }
 
 /// Writes the states as the GSD file `path`, atomically.
@@ -89,13 +94,14 @@ fn watched(watch: Watch, read: usize, done: usize, all: usize) -> Result<(), Exp
 
 fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
     let mut sizes = Survey::default();
-    let (mut half, mut most) = (DVec3::ZERO, 0);
+    let (mut half, mut most, mut bonded) = (DVec3::ZERO, 0, false);
     for i in 0..states.len() {
         watched(watch, i, 0, states.len())?;
         let state = states.read(i)?;
         state.refuse_custom(|| states.origin(i))?;
         let bodies = &state.bodies;
         most = most.max(bodies.len());
+        bonded |= !bodies.bonds.is_empty();
         for k in 0..bodies.len() {
             fits(&state, k).map_err(|(what, value)| unfit(states.origin(i), k, what, value))?;
             let shape = &bodies.shape[k];
@@ -104,7 +110,7 @@ fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
             half = half.max(position.abs() + shape.half_extents(bodies.orientation[k]));
         }
     }
-    Ok(Common { classes: sizes.classes(), half, bodies: most, planar: states.planar()? })
+    Ok(Common { classes: sizes.classes(), half, bodies: most, planar: states.planar()?, bonded })
 }
 
 /// Checks that all numbers of a body fit into 32 bits, and that its lengths do not round to zero.
@@ -157,6 +163,9 @@ fn frame<W: io::Write + io::Seek>(
     let tilts = bodies.periods.tilts().map_or([0.0; 3], |tilts| leaning(tilts).map(|tilt| tilt as f32));
     file.chunk("configuration/box", 1, box_sides.into_iter().chain(tilts))?;
     file.chunk("particles/N", 1, [bodies.len() as u32])?;
+    if common.bonded {
+        bonds(file, state, first)?;
+    }
     if first && classes.len() > 0 {
         table(file, "particles/types", &classes.names())?;
         table(file, "particles/type_shapes", &classes.shapes())?;
@@ -182,6 +191,24 @@ fn frame<W: io::Write + io::Seek>(
         }
     }
     file.end_frame();
+    Ok(())
+}
+
+/// The bonds; the number also where there are none, since a frame without it has those of the first one.
+fn bonds<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot, first: bool) -> io::Result<()> {
+    let bonds = &state.bodies.bonds;
+    file.chunk("bonds/N", 1, [bonds.len() as u32])?;
+    if first {
+        table(file, "bonds/types", &["bond".into()])?;
+    }
+    if bonds.is_empty() {
+        return Ok(());
+    }
+    file.chunk("bonds/typeid", 1, bonds.iter().map(|_| 0_u32))?;
+    file.chunk("bonds/group", 2, bonds.iter().flat_map(|bond| bond.bodies))?;
+    if bonds.iter().all(|bond| bond.force.is_finite()) {
+        file.chunk("log/bonds/force", 3, bonds.iter().flat_map(|bond| bond.force.to_array()))?;
+    }
     Ok(())
 }
 

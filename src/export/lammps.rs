@@ -13,6 +13,10 @@
 //! | `d_size1 d_size2 d_size3` | the shape's sizes in the order of a scene |
 //! | `i_parent d_birth i_generation i_group` | lineage and group; a parent is counted from 1 and 0 is none, a group -1 |
 //!
+//! Where a state has bonds, a second file, `NAME.bonds.lammpstrj`, has them as LAMMPS' `dump local` writes it, one line per
+//! bond: its number in the scene from 1, the ids of its bodies in the dump, its type, 1, its length, its tension, and the
+//! force on its second body, `nan` where that is not known. OVITO reads it by *Load trajectory*.
+//!
 //! The box of a sheared cell is triclinic, with the tilts xy, xz and yz, and bodies are in it.
 //!
 //! Numbers have all their digits. LAMMPS and OVITO draw types 2 and 4 as ellipsoids of the same extents.
@@ -47,16 +51,54 @@ const HALF_HEIGHT: f64 = 0.5;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn lammps(states: &States, path: &Path, watch: Watch) -> Result<Exported, ExportError> {
-    write_frames(states, path, watch, frame)
+    let mut done = write_frames(states, path, &mut *watch, frame)?;
+    if any_bonds(states)? {
+        let bonds = path.with_extension("bonds.lammpstrj");
+        let of_bonds = write_frames(states, &bonds, watch, bond_frame)?;
+        done.files.extend(of_bonds.files);
+        done.bytes += of_bonds.bytes;
+    }
+    Ok(done)
+}
+
+/// Whether a state has bonds.
+fn any_bonds(states: &States) -> Result<bool, ExportError> {
+    for i in 0..states.len() {
+        if !states.read(i)?.bodies.bonds.is_empty() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()> {
     let bodies = &state.bodies;
+    head(out, state, space, ("ATOMS", bodies.len()))?;
+    writeln!(out, "ITEM: ATOMS {COLUMNS}")?;
+    (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
+}
+
+/// The bonds of a state.
+fn bond_frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()> {
+    let bodies = &state.bodies;
+    head(out, state, space, ("ENTRIES", bodies.bonds.len()))?;
+    writeln!(out, "ITEM: ENTRIES index batom1 batom2 btype dist tension fx fy fz")?;
+    for bond in &bodies.bonds {
+        let [a, b] = bond.bodies.map(|body| bodies.lineage[body as usize].id + 1);
+        let (way, [x, y, z]) = (bond.way(bodies).0.length(), bond.force.to_array());
+        let tension = bond.tension(bodies);
+        writeln!(out, "{} {a} {b} 1 {way:?} {tension:?} {x:?} {y:?} {z:?}", bond.number + 1)?;
+    }
+    Ok(())
+}
+
+/// The head of a frame: its time, the number of its entries, and its box.
+fn head(out: &mut dyn Write, state: &Snapshot, space: &Space, (entries, count): (&str, usize)) -> io::Result<()> {
     let sign = |axis: usize| if space.periodic[axis] { "pp" } else { "ff" };
     let bounds = [sign(0), sign(1), if space.planar { "pp" } else { sign(2) }].join(" ");
     let tilted = if space.tilts.is_some() { "xy xz yz " } else { "" };
     writeln!(out, "ITEM: TIME\n{:?}\nITEM: TIMESTEP\n{}", state.time, state.step)?;
-    writeln!(out, "ITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS {tilted}{bounds}", bodies.len())?;
+    writeln!(out, "ITEM: NUMBER OF {entries}\n{count}\nITEM: BOX BOUNDS {tilted}{bounds}")?;
     for (axis, side) in space.sides.to_array().into_iter().enumerate() {
         let half = if space.planar && axis == 2 { HALF_HEIGHT } else { 0.5 * side };
         match space.tilts {
@@ -67,8 +109,7 @@ fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()>
             }
         }
     }
-    writeln!(out, "ITEM: ATOMS {COLUMNS}")?;
-    (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
+    Ok(())
 }
 
 /// The sides of the bounding box of a triclinic box with edges centred on the origin, as the format requires.

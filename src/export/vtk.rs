@@ -1,4 +1,4 @@
-//! ParaView: three collections (`.pvd`, with the physical times) of VTK's `.vtp` files, three per state, in 64-bit
+//! ParaView: four collections (`.pvd`, with the physical times) of VTK's `.vtp` files, four per state, in 64-bit
 //! floats.
 //!
 //! | collection | points | data |
@@ -6,6 +6,7 @@
 //! | `bodies.pvd` | the centres | `orientation` (`[w, x, y, z]`, a "Quaternion" of 3D glyphs), `shape` (0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (as a scene gives them), `glyph` (the axes of a sphere or an ellipsoid, by which a glyph of unit diameter is scaled; 0 for rods and rings), `id`, `parent` (-1: none), `birth`, `generation`, `group` (-1: none), `velocity`, `angular_velocity` |
 //! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
 //! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force along the normal) and `force` (of `a` on `b`, with friction; both are not a number where they are not known: only a checkpoint and states recorded with `output.forces` know) |
+//! | `bonds.pvd` | a line a bond, from end to end | `number` (in the scene), `a` and `b` (rows), `tension`, `force` and `torque` (on `b`, about the bond's end there; not a number where they are not known), `bending_energy` |
 //!
 //! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of
 //! periods to add; a contact refers to `a` and to the image of `b` that it touches.
@@ -33,7 +34,7 @@ const SCRIPT_NAME: &str = "show.py";
 /// The folder of the states' files.
 const STATES: &str = "states";
 /// The collections.
-const COLLECTIONS: [&str; 3] = ["bodies", "axes", "contacts"];
+const COLLECTIONS: [&str; 4] = ["bodies", "axes", "contacts", "bonds"];
 
 /// Segments of a ring's axis. Its corners are on the circle, the middles of its segments are inside by `R (1 -
 /// cos(pi/64))`: 0.12 %.
@@ -53,7 +54,7 @@ const RING_SEGMENTS: usize = 64;
 /// let folder = tempfile::tempdir()?;
 /// let done = vtk(&States::open("two-ellipsoids")?, folder.path(), None, &mut |_, _| true)?;
 /// assert_eq!(done.states, 1);
-/// for name in ["bodies.pvd", "axes.pvd", "contacts.pvd", "show.py", "states/bodies_0000000000.vtp"] {
+/// for name in ["bodies.pvd", "axes.pvd", "contacts.pvd", "bonds.pvd", "show.py", "states/bodies_0000000000.vtp"] {
 ///     assert!(folder.path().join(name).exists(), "{name}");
 /// }
 /// # Ok::<(), relcp::Error>(())
@@ -71,7 +72,8 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
         finite(&state, || states.origin(i))?;
         state.refuse_custom(|| states.origin(i))?;
         let wrapped = state.wrapped();
-        for (name, data) in COLLECTIONS.into_iter().zip([bodies(&state), axes(&wrapped), touching(&wrapped, cutoff)]) {
+        let data = [bodies(&state), axes(&wrapped), touching(&wrapped, cutoff), bonds(&wrapped)];
+        for (name, data) in COLLECTIONS.into_iter().zip(data) {
             let packed = data.into_bytes();
             bytes += packed.len() as u64;
             durable::place(&inner.join(file_name(name, state.step)), &packed)?;
@@ -257,6 +259,28 @@ fn touching(state: &Snapshot, cutoff: Option<f64>) -> PolyData {
         time: state.time,
         ..PolyData::default()
     }
+}
+
+fn bonds(state: &Snapshot) -> PolyData {
+    let (all, bonds) = (&state.bodies, &state.bodies.bonds);
+    let mut lines = Cells::default();
+    let mut points = Vec::new();
+    for (i, bond) in bonds.iter().enumerate() {
+        let (way, from) = bond.way(all);
+        points.extend([from, from + way]);
+        lines.push(2 * i..2 * i + 2);
+    }
+    let row = |which: usize| Numbers::U32(bonds.iter().map(|bond| bond.bodies[which]).collect());
+    let cell_data = vec![
+        Array::new("number", 1, Numbers::U32(bonds.iter().map(|bond| bond.number).collect())),
+        Array::new("a", 1, row(0)),
+        Array::new("b", 1, row(1)),
+        Array::rows("tension", bonds.iter().map(|bond| [bond.tension(all)])),
+        Array::rows("force", bonds.iter().map(|bond| bond.force.to_array())),
+        Array::rows("torque", bonds.iter().map(|bond| bond.torque.to_array())),
+        Array::rows("bending_energy", bonds.iter().map(|bond| [bond.bending_energy])),
+    ];
+    PolyData { points: flat(&points), lines, cell_data, time: state.time, ..PolyData::default() }
 }
 
 /// A collection: the files of each state, with its time.

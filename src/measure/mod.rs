@@ -16,6 +16,7 @@
 
 mod axis;
 mod bins;
+mod bonds;
 mod clusters;
 mod collect;
 mod contacts;
@@ -207,7 +208,7 @@ pub trait Measure: Sync {
 }
 
 /// The measures. To add one, write its file and list it here.
-pub static ALL: [&dyn Measure; 19] = [
+pub static ALL: [&dyn Measure; 20] = [
     &nematic::Nematic,
     &correlation::Correlation,
     &radius::Radius,
@@ -220,6 +221,7 @@ pub static ALL: [&dyn Measure; 19] = [
     &force_chains::ForceChains,
     &friction::Friction,
     &walls::OnWalls,
+    &bonds::OfBonds,
     &microdomains::Microdomains,
     &dissipation::Dissipation,
     &msd::Msd,

@@ -1,6 +1,7 @@
 //! Conversion of a state to named arrays, and back.
 
 use super::error::StateError;
+use super::held::bond_blocks;
 use super::npz::{Archive, Block, Data};
 use crate::bodies::{Bodies, Columns, Lineage};
 use crate::periodic::Periods;
@@ -30,13 +31,13 @@ const NO_PARENT: u64 = u64::MAX;
 const NORM_TOLERANCE: f64 = 1e-4;
 
 /// Refuses the first row with a number that no scene allows: not finite, or too large.
-fn sane<const N: usize>(name: &'static str, rows: Vec<[f64; N]>) -> Result<Vec<[f64; N]>, StateError> {
+pub(super) fn sane<const N: usize>(name: &'static str, rows: Vec<[f64; N]>) -> Result<Vec<[f64; N]>, StateError> {
     // NaN fails the comparison too.
     let wild = rows.iter().position(|row| !row.iter().all(|x| x.abs() <= LARGEST_NUMBER));
     wild.map_or(Ok(rows), |row| Err(StateError::row(name, row)))
 }
 
-fn f64s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [f64; N]>) -> Block {
+pub(super) fn f64s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [f64; N]>) -> Block {
     Block { name, columns: N, data: Data::F64(rows.flatten().collect()) }
 }
 
@@ -44,7 +45,7 @@ fn u64s(name: &'static str, rows: impl Iterator<Item = u64>) -> Block {
     Block { name, columns: 1, data: Data::U64(rows.collect()) }
 }
 
-fn u32s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [u32; N]>) -> Block {
+pub(super) fn u32s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [u32; N]>) -> Block {
     Block { name, columns: N, data: Data::U32(rows.flatten().collect()) }
 }
 
@@ -209,6 +210,7 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
         lineage: lineage.collect(),
         columns: Columns::default(),
         broken_bonds: Vec::new(),
+        bonds: Vec::new(),
         periods: Periods::NONE,
         planar: false,
     })
@@ -255,6 +257,7 @@ pub(super) fn read_unrounded(source: &mut Archive, kind: [f64; 3], rows: usize) 
 /// All arrays of a state, with those of its near pairs if requested.
 pub(super) fn blocks(state: &State, with_warm: bool) -> Vec<Block> {
     let mut blocks = body_blocks(&state.bodies);
+    blocks.extend(bond_blocks(&state.bodies.bonds, with_warm));
     if with_warm {
         blocks.extend(warm_blocks(&state.warm));
     }

@@ -6,7 +6,10 @@
 //! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` if cells divide by an added
 //! length. Of bodies with values of their own (version 4) there are `own_rate` and `own_division_length` (NaN: none),
 //! and `columns`, the named columns one after the other in the order of the header's `columns`. If bonds are broken,
-//! `broken_bonds` has their indices in the scene, ascending.
+//! `broken_bonds` has their indices in the scene, ascending. Of the bonds and joints that hold there are `bond` (the
+//! number in the scene), `bond_bodies` (B x 2, rows), `bond_at` (B x 6, the end on each body, body axes),
+//! `bond_length` (at rest), `bond_energy` (of bends and turns), `bond_contact` (1 where its bodies collide), and with forces `bond_force` and `bond_torque` (B x 3,
+//! on the second body, about its end).
 //!
 //! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, one row per near pair (and, where
 //! contacts have friction, `warm_tangent`, the friction forces on the second bodies, N x 3: version 3), and the run's
@@ -23,6 +26,7 @@ use super::blocks::{
 };
 use super::durable;
 use super::error::{RecordError, StateError};
+use super::held::read_bonds;
 use super::npz::{Archive, MAGIC, write};
 use super::totals::Totals;
 use crate::bodies::Bodies;
@@ -81,6 +85,9 @@ pub struct Header {
     /// Length of the array of broken bonds; absent without broken bonds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub broken_bonds: Option<u64>,
+    /// Rows of the arrays of bonds that hold; absent without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bonds: Option<u64>,
     /// Rows of the arrays of near pairs; absent in a state without contact forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm: Option<u64>,
@@ -153,6 +160,7 @@ fn pack(
         tilt: state.bodies.periods.tilt(),
         planar: state.bodies.planar,
         broken_bonds: Some(state.bodies.broken_bonds.len() as u64).filter(|broken| *broken > 0),
+        bonds: Some(state.bodies.bonds.len() as u64).filter(|bonds| *bonds > 0),
         warm: with_warm.then_some(state.warm.len() as u64),
         removed: state.removed.clone(),
         changed: state.changed,
@@ -176,7 +184,8 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     let (mut archive, header) = Archive::open(bytes, accept)?;
     let warm = header.warm.unwrap_or(0);
     let broken = header.broken_bonds.unwrap_or(0);
-    if header.bodies.max(warm) > bytes.len() as u64 / LEAST_ROW {
+    let bonds = header.bonds.unwrap_or(0);
+    if header.bodies.max(warm).max(bonds) > bytes.len() as u64 / LEAST_ROW {
         return Err(StateError::damaged("the header", "it claims more rows than the file can hold"));
     }
     let rows = header.bodies as usize;
@@ -186,6 +195,9 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     let mut bodies = read_bodies(&mut archive, rows)?;
     if broken > 0 {
         bodies.broken_bonds = read_broken_bonds(&mut archive, broken as usize)?;
+    }
+    if bonds > 0 {
+        bodies.bonds = read_bonds(&mut archive, [bonds as usize, rows])?;
     }
     if header.columns.windows(2).any(|names| names[0] >= names[1]) {
         return Err(StateError::damaged("the header", "the names of its columns do not ascend"));

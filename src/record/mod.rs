@@ -26,6 +26,7 @@ mod error;
 pub(crate) mod fnv;
 mod folder;
 mod hash;
+mod held;
 mod lcp_file;
 mod leg;
 pub(crate) mod lives;

@@ -9,6 +9,7 @@
 
 mod animation;
 mod backdrop;
+mod bonds;
 mod camera;
 mod caption;
 mod colour;
@@ -227,6 +228,8 @@ fn painted<E>(
     cast: impl Fn(&Bodies, &Camera, u32, u32) -> Result<Samples, E>,
 ) -> Result<Image, E> {
     let [width, height] = [view.width, view.height].map(|side| side.clamp(1, View::LARGEST_SIDE));
+    let with_bonds = bonds::added(bodies, colours);
+    let (bodies, colours) = with_bonds.as_ref().map_or((bodies, colours), |(bodies, colours)| (bodies, colours));
     let samples = cast(bodies, camera, width, height)?;
     let scale = camera.pixels_per_length();
     let thickness: Vec<f32> = bodies.shape.iter().map(|s| (s.thickness() * scale) as f32).collect();

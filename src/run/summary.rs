@@ -187,6 +187,9 @@ pub struct Summary {
     /// Friction; absent in a scene without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<FrictionSummary>,
+    /// Bonds that broke; absent without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub broken_bonds: Option<u64>,
     /// Repeated steps.
     pub retried: Retried,
     /// Recursions per step after the first solve: mean, largest, total.
@@ -287,6 +290,8 @@ impl Summary {
                 held_solves: totals.friction_held,
                 largest_gap: totals.largest_friction_gap,
             }),
+            broken_bonds: Some(totals.broken_bonds.max(state.bodies.broken_bonds.len() as u64))
+                .filter(|broken| *broken > 0),
             retried: totals.retried,
             recursions: Recursions {
                 mean: mean(totals.recursions),

@@ -77,6 +77,7 @@ impl Scene {
             generate::add(self, index, &mut bodies, &groups, goes_on)?;
         }
         self.add_lineage(&mut bodies);
+        bodies.bonds = self.held_bonds(&bodies);
         Ok(bodies)
     }
 

@@ -326,7 +326,7 @@ impl From<BodyLineage> for Lineage {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 19] = [
+pub(crate) const MEASURES: [&str; 20] = [
     "nematic",
     "correlation",
     "radius",
@@ -339,6 +339,7 @@ pub(crate) const MEASURES: [&str; 19] = [
     "force_chains",
     "friction",
     "walls",
+    "bonds",
     "microdomains",
     "dissipation",
     "msd",

@@ -5,7 +5,9 @@ use super::{
     Body, Bond, ContactSettings, Dump, Generate, Growth, Joint, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop,
     unit_quaternion,
 };
+use crate::bodies::{Bodies, HeldBond};
 use crate::constraint::friction::Coefficients;
+use crate::dynamics::bonds::daughters::held_daughters;
 use crate::dynamics::{Bonds, Cells, Heat, Strain, Stream, draw};
 use crate::fixed::Fixed;
 use crate::gpu::Precision;
@@ -16,6 +18,7 @@ use crate::shape::Shape;
 use crate::step::Model;
 use crate::walls::Walls;
 use glam::DQuat;
+use std::collections::BTreeMap;
 use std::iter::repeat_n;
 
 /// A solver stops at this part of the overlap tolerance, so that its error adds little to the overlaps that the
@@ -229,6 +232,22 @@ impl Scene {
         let joints = self.joints.iter().map(|joint| (*joint, self.rest_of(joint))).collect();
         let bonds = Bonds::new(&all, |body| ids[body]).with_joints(joints, self.planar, |body| ids[body]);
         if self.makes_bonds_implicit() { bonds.with_open_ones_implicit() } else { bonds }
+    }
+
+    /// The bonds and joints of bodies, as a state has them that no step has led to.
+    pub(crate) fn held_bonds(&self, bodies: &Bodies) -> Vec<HeldBond> {
+        if self.all_bonds().is_empty()
+            && self.joints.is_empty()
+            && !self.growth.iter().any(|of| of.bond_daughters.is_some())
+        {
+            return Vec::new();
+        }
+        let bonds = self.bonds();
+        let mut held = bonds.held(bodies, &BTreeMap::new());
+        if let Some(cells) = self.cells().filter(Cells::bond_daughters) {
+            held.extend(held_daughters(bodies, &cells, bonds.list().len()));
+        }
+        held
     }
 
     /// The orientation of the second body of a joint in the axes of the first one at rest: as given, or as both start.

@@ -134,6 +134,9 @@ impl Simulation {
         state.bodies.planar = scene.planar;
         state.next_id = state.next_id.max(scene.next_id.unwrap_or(0));
         check_pairs(&state.bodies)?;
+        if state.bodies.bonds.is_empty() {
+            state.bodies.bonds = scene.held_bonds(&state.bodies);
+        }
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
         let model = scene.model();
         let plan = Plan::new(&model, cutoff);

@@ -111,6 +111,7 @@ pub fn step(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> Result<Ste
     let (mut report, overlap) = match first {
         Some(Ok(mut tried)) if !plan.promises() || tried.holds(plan) => {
             tried.report.phases = backend.accept()?; // C^k+1
+            tried.report.broken_bonds = backend.broken_bonds();
             (tried.report, tried.overlap)
         }
         Some(Err(fault)) if !fault.may_pass_with_smaller_steps() => return Err(fault),

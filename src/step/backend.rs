@@ -3,7 +3,7 @@
 
 use super::{Crowd, Effect, Fault, Keep, Passed, Phases, Piece, Plan, Shake, State, StepReport, TwoSided, Wedge};
 use crate::bodies::{Bodies, Lineage};
-use crate::dynamics::{ForceField, Waiting};
+use crate::dynamics::{BondName, ForceField, Waiting};
 use crate::gpu::{Gpu, Precision};
 use crate::lcp::{Outcome, Stored};
 
@@ -23,6 +23,8 @@ pub struct Overlap {
     pub proxy: Option<f64>,
     /// By how much the worst implicit bond is off its length and its direction, a length.
     pub stretch: f64,
+    /// The name of that bond, and its bodies.
+    pub bond: Option<(BondName, [usize; 2])>,
 }
 
 impl Overlap {
@@ -165,6 +167,11 @@ pub trait Verbs: Keeper {
     fn passed(&mut self) -> Result<Option<Passed>, Fault>;
     /// Makes the trial the state and returns the wall time by phase since the last acceptance.
     fn accept(&mut self) -> Result<Phases, Fault>;
+
+    /// How many bonds broke when the last trial was accepted; zero where that is not counted.
+    fn broken_bonds(&self) -> u32 {
+        0
+    }
     /// Calls `take` to repeat a failed step from the last accepted state. The CPU passes itself; a device passes a CPU
     /// backend and loads the state that `take` leaves. A fault of `take` leaves the last accepted state.
     fn take_again(&mut self, take: &mut Take<'_>) -> Result<(), Fault>;

@@ -53,7 +53,8 @@ pub(crate) struct Candidate {
 /// Every pair of bodies whose separation is at most `cutoff`, sorted by pair and image, computed afresh from the bodies
 /// alone: it shares no cached candidates, warm normals or shortcuts with the steps, so it audits them. In periodic
 /// space a pair is listed once for each of its images that is near, and a cutoff over the shortest period counts as
-/// that. Of bodies that cannot leave the plane, separations are those in it.
+/// that. Of bodies that cannot leave the plane, separations are those in it. Pairs that a bond keeps from colliding are
+/// left out.
 ///
 /// ```
 /// # #[cfg(feature = "files")] {
@@ -94,6 +95,10 @@ pub(crate) fn candidates(bodies: &Bodies, cutoff: f64) -> (f64, Vec<Candidate>) 
         .collect();
     let mut pairs = Vec::new();
     Periodic::new(Grid::default(), periods).pairs(&boxes, &mut pairs);
+    let but = bodies.without_contact();
+    if !but.is_empty() {
+        pairs.retain(|pair| but.binary_search(pair).is_err());
+    }
     if !periods.is_none() {
         pairs.extend((0..boxes.len() as u32).map(|i| [i, i]));
         pairs.par_sort_unstable();

@@ -48,11 +48,12 @@ pub struct Passed {
 
 /// The pairs of bodies that pass each other if all move from `start` for `dt` with the constant velocities `twist`;
 /// none if no pair does. `separate` is the separation of a pair, in space or in the plane. In periodic space the image
-/// that is nearest at the start counts, in a sheared cell with its velocity.
+/// that is nearest at the start counts, in a sheared cell with its velocity. The pairs of `but`, ascending, do not count.
 pub fn passed(
     start: &Bodies,
     twist: &[Twist],
     (dt, shear): (f64, Option<CellShear>),
+    but: &[[u32; 2]],
     separate: impl Fn(&Placed, &Placed) -> Option<Separation> + Sync,
 ) -> Option<Passed> {
     let ways: Vec<Way> = ways(start, twist, (dt, shear)).collect();
@@ -64,6 +65,9 @@ pub fn passed(
     let mut near = Vec::new();
     Periodic::new(Grid::default(), start.periods).pairs(&boxes, &mut near);
     let passes = |pair: &[u32; 2]| {
+        if but.binary_search(pair).is_ok() {
+            return false;
+        }
         let [a, b] = pair.map(|i| &ways[i as usize]);
         let image = start.periods.nearest(b.from.position - a.from.position);
         let drift = shear.map_or(DVec3::ZERO, |shear| shear.velocity(image));
@@ -268,7 +272,7 @@ mod tests {
             start.push(Placed { shape: *shape, position: *position, orientation: DQuat::IDENTITY }, 0);
             twist.push(Twist { linear: *linear, angular: *angular });
         }
-        passed(&start, &twist, (0.5, None), |a, b| separation(a, b, None))
+        passed(&start, &twist, (0.5, None), &[], |a, b| separation(a, b, None))
     }
 
     const SPHERE: Shape = Shape::Sphere { radius: 0.5 };

@@ -150,6 +150,8 @@ macro_rules! step_figures {
             contact_energy: f64 = 0.0, sum, { column(Option<f64> = "") largest(largest_contact_energy) };
             /// The largest angle by which contact turned a body of revolution about its own axis.
             axial_spin: f64 = 0.0, sum, { column(Option<f64> = "") largest(largest_axial_spin) };
+            /// Bonds that broke. On a device they are not counted by step.
+            broken_bonds: u32 = 0, sum, { column(Option<u32> = "") counts(broken_bonds: u64 = sum) };
             /// Contacts that push and slide, so that their friction is at its limit; none in a scene without friction.
             sliding: Option<usize> = None, last, { column(Option<usize> = "") };
             /// Contacts with friction that push and stick.

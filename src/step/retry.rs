@@ -220,6 +220,7 @@ impl Taking<'_> {
 
     pub(super) fn accept(&mut self, again: &mut dyn RetryBackend, mut tried: Attempt) -> Result<Overlap, Fault> {
         tried.report.phases = again.accept()?;
+        tried.report.broken_bonds = again.broken_bonds();
         self.report.add_piece(&tried.report);
         Ok(tried.overlap)
     }
@@ -387,18 +388,20 @@ impl Taking<'_> {
             return self.accept(again, tried);
         }
         let bonds = tried.overlap.worst <= tolerance && tried.overlap.stretch > tolerance;
+        let of_bond = tried.overlap.bond.filter(|_| bonds);
         let wedge = again.wedge();
         let [locked_pair, locked_wall] = if locked { wedge.first_two() } else { [None; 2] };
         let unresolved = Unresolved {
             step: again.steps() + 1,
             overlap: if bonds { tried.overlap.stretch } else { tried.overlap.worst },
-            bonds,
+            bond: of_bond.map(|(name, _)| name),
             pair: tried
                 .report
                 .passed
                 .filter(|_| only_passed)
                 .map(|passed| passed.pair)
                 .or(locked_pair)
+                .or(of_bond.map(|(_, pair)| pair))
                 .or(tried.overlap.pair),
             moved: tried.report.moved.map(|body| (body, tried.report.largest_move)),
             wall: locked_wall.or(tried.overlap.wall.filter(|_| !only_passed)),

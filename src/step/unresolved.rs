@@ -2,6 +2,7 @@
 
 use super::Guard;
 use crate::digits::{beside, few, short};
+use crate::dynamics::BondName;
 use std::fmt;
 
 /// Bodies without a way out, and the indices of the walls that they are pressed against.
@@ -57,8 +58,8 @@ pub struct Unresolved {
     pub step: u64,
     /// The overlap that its shortest piece would leave, a length.
     pub overlap: f64,
-    /// Whether that is no overlap, but what an implicit bond would be off by.
-    pub bonds: bool,
+    /// The bond, where that is no overlap, but what an implicit bond would be off by; `pair` are its bodies.
+    pub bond: Option<BondName>,
     /// The pair of bodies that overlaps by it, or that went through each other.
     pub pair: Option<[usize; 2]>,
     /// The body and the wall that overlap by it, if they do.
@@ -104,7 +105,7 @@ impl Unresolved {
     pub fn name(&self) -> &'static str {
         match self.broken {
             _ if self.passed => "passed",
-            _ if self.overlap > self.tolerance && self.bonds => "bond",
+            _ if self.overlap > self.tolerance && self.bond.is_some() => "bond",
             _ if self.overlap > self.tolerance => "overlap",
             Some(Guard::Energy) => "energy",
             Some(Guard::Spin) => "spin",
@@ -135,7 +136,8 @@ impl fmt::Display for Unresolved {
             "locked" => write!(f, "lock: no friction forces of ordinary size were found that let them move"),
             "bond" => write!(
                 f,
-                "are off what their bonds allow by {}, {} is allowed",
+                "are off what {} allows by {}, {} is allowed",
+                self.bond.map_or_else(|| "their bond".into(), |name| name.to_string()),
                 beside(*overlap, *tolerance),
                 short(*tolerance)
             ),
@@ -163,7 +165,7 @@ mod tests {
         Unresolved {
             step,
             overlap,
-            bonds: false,
+            bond: None,
             pair,
             wall,
             residual,

@@ -4,6 +4,7 @@
 //! `SKIP`.
 #![allow(clippy::unwrap_used)]
 
+mod bonds;
 mod command;
 mod gsd;
 mod gsd_file;

@@ -78,7 +78,7 @@ fn a_passage_is_what_a_fine_sampling_of_the_way_shows() {
         let samples: Vec<f64> = (0..=400).map(|k| depth(f64::from(k) / 400.0)).collect();
         let thickness = start.shape[0].thickness().min(start.shape[1].thickness());
         let deeper = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max) - samples[0].max(samples[400]).max(0.0);
-        let found = passed(&start, &twist, (1.0, None), |a, b| separation(a, b, None)).is_some();
+        let found = passed(&start, &twist, (1.0, None), &[], |a, b| separation(a, b, None)).is_some();
         told += u32::from(found);
         // The bar is three quarters of a thickness; what is just over it for a moment may be missed.
         near += u32::from((0.7..0.85).contains(&(deeper / thickness)));

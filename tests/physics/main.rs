@@ -3,6 +3,7 @@
 
 mod bending;
 mod bonds;
+mod chains_in_heat;
 mod contact_forces;
 mod daughters;
 #[path = "../common/device.rs"]
@@ -14,8 +15,10 @@ mod fixed;
 mod flow;
 mod fluid;
 mod forces;
+mod held_bonds;
 mod implicit_bonds;
 mod joints;
+mod knots;
 mod motion;
 mod moving_walls;
 mod orientation;

@@ -11,13 +11,14 @@ use super::row_set::{BondRows, RowSet};
 use super::setup::Setup;
 use super::start::Start;
 use super::team::Team;
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, HeldBond};
 use crate::constraint::bond::{Line, Stretch, lines};
 use crate::constraint::{Mover, velocity};
-use crate::dynamics::bonds::daughters::part;
-use crate::dynamics::{self, Pose, Twist};
+use crate::dynamics::bonds::daughters::{is_parted, part};
+use crate::dynamics::{self, BondName, Pose, Twist};
 use crate::freedom::PLANAR;
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// First rows are made where the last velocities lead if a bond turns by less than 60 degrees on the way there, and its
 /// length changes by less than a factor of two.
@@ -29,10 +30,23 @@ const MOST_STRETCHED: f64 = 2.0;
 /// of its bends are 500 times its weight.
 const DIRECTION: f64 = 1e-7;
 
+/// Rows of bonds are made anew so often at the trial itself: most steps take fewer (docs/bonds.md).
+const AT_THE_TRIAL: u32 = 24;
+/// The part of the way is halved after so many more.
+const HALVING: u32 = 12;
+
+/// The part of the way from where rows of bonds were made last to the trial, where they are made anew after so many
+/// times. Where a step is long for short bonds, the trial is as far on the other side of the solution each time.
+fn part_of_way(renewals: u32) -> f64 {
+    renewals.checked_sub(AT_THE_TRIAL).map_or(1.0, |more| 0.5_f64.powi(1 + (more / HALVING) as i32))
+}
+
 /// What a bond's rows and multipliers do.
 struct Pull<const D: usize> {
     /// The force on the second body.
     force: DVec3,
+    /// The torque on it about the bond's end there.
+    couple: DVec3,
     /// What it moves the two bodies by in the scaled unknowns.
     moved: [[f64; D]; 2],
 }
@@ -40,9 +54,10 @@ struct Pull<const D: usize> {
 impl<const D: usize> Pull<D> {
     /// That of some of the rows.
     fn of(lines: &[Line<D>], gamma: &[f64]) -> Self {
-        let mut pull = Pull { force: DVec3::ZERO, moved: [[0.0; D]; 2] };
+        let mut pull = Pull { force: DVec3::ZERO, couple: DVec3::ZERO, moved: [[0.0; D]; 2] };
         for (line, gamma) in lines.iter().zip(gamma) {
             pull.force += *gamma * line.direction;
+            pull.couple += *gamma * line.couple;
             let moved = pull.moved.as_flattened_mut().iter_mut();
             moved.zip(line.row.0.as_flattened()).for_each(|(moved, j)| *moved += gamma * j);
         }
@@ -135,6 +150,11 @@ fn leads_well(begin: DVec3, there: DVec3) -> bool {
 }
 
 impl Start {
+    /// What messages call a bond.
+    fn name_of_bond(&self, setup: &Setup, bond: usize) -> BondName {
+        if bond < setup.bonds.list().len() { setup.bonds.name(bond) } else { BondName::DAUGHTERS }
+    }
+
     /// Whether the step that begins may use the last velocities, and which implicit bonds act in it.
     pub(super) fn hold(&mut self, setup: &Setup, leads: bool) {
         self.leads = leads;
@@ -150,34 +170,62 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         start.held_bonds.iter().map(|held| making.first_bond(*held, first)).collect()
     }
 
-    /// Their rows at the trial.
-    fn bonds_at_trial(&self) -> Vec<BondRows<D>> {
-        let Cpu { setup, start, motions, stick, rows, trial, .. } = self;
+    /// Their rows where a body has this pose, to which this velocity leads.
+    fn bonds_at(&self, place: impl Fn(usize) -> (Pose, Twist)) -> Vec<BondRows<D>> {
+        let Cpu { setup, start, motions, stick, rows, .. } = self;
         let making = Making { setup, start, motions, stick: *stick };
         let again = |(of, gamma): (&BondRows<D>, &[f64])| {
             let BondRows { bond, pair, own, .. } = *of;
             let pull = Pull::of(&of.lines[..own], gamma).force;
-            making.bond((bond, pair), pair.map(|i| trial.poses[i]), pair.map(|i| trial.twist[i]), pull)
+            let places = pair.map(&place);
+            making.bond((bond, pair), places.map(|(pose, _)| pose), places.map(|(_, twist)| twist), pull)
         };
         rows.bonds().map(again).collect()
     }
 
-    /// By how much the worst implicit bond is off at the trial, a length.
-    pub(super) fn stretch(&self) -> f64 {
+    /// Their rows at the trial.
+    fn bonds_at_trial(&self) -> Vec<BondRows<D>> {
+        self.bonds_at(|i| (self.trial.poses[i], self.trial.twist[i]))
+    }
+
+    /// By how much the worst implicit bond is off at the trial, a length; and which one it is.
+    pub(super) fn stretch(&self) -> (f64, Option<(BondName, [usize; 2])>) {
         let scaled = &self.trial.scaled;
         let there = self.bonds_at_trial();
         let error = |(there, (of, gamma)): (&BondRows<D>, (&BondRows<D>, &[f64]))| {
             there.error(of, gamma, of.pair.map(|i| &scaled[i]))
         };
-        // Not a number is as bad as can be.
-        let worse = |worst: f64, error: f64| if error.is_nan() { f64::INFINITY } else { worst.max(error) };
-        there.iter().zip(self.rows.bonds()).map(error).fold(0.0, worse)
+        let mut worst = (0.0, None);
+        for (there, with) in there.iter().zip(self.rows.bonds()) {
+            // Not a number is as bad as can be.
+            let error = Some(error((there, with))).filter(|error| !error.is_nan()).unwrap_or(f64::INFINITY);
+            if error > worst.0 {
+                worst = (error, Some((self.start.name_of_bond(&self.setup, there.bond), there.pair)));
+            }
+        }
+        worst
     }
 
-    /// Makes the rows of all implicit bonds again at the trial.
+    /// Makes the rows of all implicit bonds again at the trial, or on the way there.
     pub(super) fn make_bonds_again(&mut self) {
-        let there = self.bonds_at_trial();
-        self.rows.replace_bonds(there);
+        let part = part_of_way(self.rows.renewals());
+        let last = self.rows.take_bonds_made_at();
+        let there = if part < 1.0 && last.len() == self.trial.twist.len() {
+            let toward = |(from, to): (&Twist, &Twist)| Twist {
+                linear: from.linear.lerp(to.linear, part),
+                angular: from.angular.lerp(to.angular, part),
+            };
+            last.iter().zip(&self.trial.twist).map(toward).collect()
+        } else {
+            self.trial.twist.clone()
+        };
+        let rows = if part < 1.0 {
+            self.bonds_at(|i| (dynamics::advance(self.start.pose(i), there[i], self.start.interval), there[i]))
+        } else {
+            self.bonds_at_trial()
+        };
+        self.rows.replace_bonds(rows);
+        self.rows.set_bonds_made_at(there);
     }
 
     /// The velocity of a body as its free motion and bonds have it, without contact.
@@ -189,7 +237,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
 
 impl Start {
     /// Breaks the implicit bonds that end the step with a tension over their strength, whose bodies are `end` then.
-    pub(super) fn break_bonds<const D: usize>(&self, setup: &Setup, rows: &RowSet<D>, end: &mut Bodies) {
+    /// Returns how many of them are of daughters.
+    pub(super) fn break_bonds<const D: usize>(&self, setup: &Setup, rows: &RowSet<D>, end: &mut Bodies) -> u32 {
         let breaks = |(of, gamma): &(&BondRows<D>, &[f64])| {
             let force = Pull::of(&of.lines[..of.own], gamma).force;
             let (bonds, number) = self.bonds_with(setup, of.bond);
@@ -202,6 +251,29 @@ impl Start {
         let (of_scene, of_daughters): (Vec<_>, Vec<_>) =
             rows.bonds().filter(breaks).map(|(of, _)| of).partition(|of| of.bond < of_scene);
         end.add_broken_bonds(of_scene.into_iter().map(|of| of.bond as u32).collect());
-        of_daughters.into_iter().for_each(|of| part(end, of.pair));
+        of_daughters.iter().for_each(|of| part(end, of.pair));
+        of_daughters.len() as u32
+    }
+
+    /// The bonds that hold at the step's end, with bodies as they are then. Bonds of daughters keep the numbers that
+    /// they had in the step.
+    pub(super) fn held_after<const D: usize>(&self, setup: &Setup, rows: &RowSet<D>, end: &Bodies) -> Vec<HeldBond> {
+        if setup.bonds.is_empty() && self.daughters().is_empty() {
+            return Vec::new();
+        }
+        let pull = |(of, gamma): (&BondRows<D>, &[f64])| {
+            let Pull { force, couple, .. } = Pull::of(&of.lines[..of.own], gamma);
+            (of.bond, [force, couple])
+        };
+        let pulls: BTreeMap<usize, [DVec3; 2]> = rows.bonds().map(pull).collect();
+        let mut held = setup.bonds.held(end, &pulls);
+        let first = setup.bonds.list().len();
+        let of_daughters = self.daughters().list().iter().enumerate();
+        held.extend(of_daughters.filter(|(_, bond)| !is_parted(end, bond.bodies)).map(|(number, bond)| {
+            let pull = pulls.get(&(first + number)).copied();
+            let held = self.daughters().as_held(number, bond.bodies, end, pull);
+            HeldBond { number: (first + number) as u32, ..held }
+        }));
+        held
     }
 }

@@ -17,7 +17,7 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
     }
 
     fn state(&self) -> Result<&State, Fault> {
-        Ok(self.team.whole_state(&self.state))
+        Ok(self.team.whole_state(&self.setup, &self.state))
     }
 
     fn restore(&mut self, state: &State) -> Result<(), Fault> {

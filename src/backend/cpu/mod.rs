@@ -83,6 +83,8 @@ pub struct Cpu<const D: usize, T: Team = Alone> {
     kept: Option<RowSet<D>>,
     team: T,
     phases: Phases,
+    /// How many bonds broke when the last trial was accepted.
+    broken: u32,
 }
 
 impl<const D: usize> Cpu<D> {
@@ -122,6 +124,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             kept: None,
             team,
             phases: Phases::default(),
+            broken: 0,
             setup,
             state,
         })
@@ -203,7 +206,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let Cpu { setup, start, trial, team, .. } = self;
         let interval_and_shear = (start.interval, setup.strain.and_then(|strain| strain.shear()));
         let (bodies, twists) = team.moving_bodies(&start.bodies, &trial.twist, interval_and_shear)?;
-        passed(&bodies, &twists, interval_and_shear, |a: &Placed, b: &Placed| Self::SEPARATE(a, b, None))
+        let separate = |a: &Placed, b: &Placed| Self::SEPARATE(a, b, None);
+        passed(&bodies, &twists, interval_and_shear, start.without_contact(), separate)
     }
 
     /// Makes first rows where [`First::predict`] or [`First::set_middle`] chose.

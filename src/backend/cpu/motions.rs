@@ -74,7 +74,7 @@ impl Motions {
 
     /// The distance within which a pair is near where first rows are made; less than any where neither moves.
     pub(super) fn limit(&self, setup: &Setup, start: &Start, a: usize, b: usize) -> f64 {
-        if start.is_held(a) && start.is_held(b) {
+        if start.never_collide(a, b) {
             return f64::NEG_INFINITY;
         }
         let (a, b) = (&self.reach[a], &self.reach[b]);

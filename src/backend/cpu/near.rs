@@ -120,7 +120,7 @@ impl Stages<'_> {
             let [a, b] = pair.map(|i| i as usize);
             let [of_a, of_b] = first.pair(start, a, b);
             let proxies = [start.proxies[a].as_slice(), start.proxies[b].as_slice()];
-            if start.is_held(a) && start.is_held(b) {
+            if start.never_collide(a, b) {
                 continue;
             }
             let limit = setup.cutoff + motions.reach[a].either + motions.reach[b].either;

@@ -4,6 +4,7 @@ use super::narrow_phase::Near;
 use super::pairs::Pairs;
 use crate::constraint::bond::Line;
 use crate::constraint::{self, Row, friction::Sliding};
+use crate::dynamics::Twist;
 use crate::lcp::{Cone, Problem};
 use crate::walls::{in_rows, of_rows};
 use crate::warm::Warm;
@@ -90,6 +91,10 @@ pub(super) struct RowSet<const D: usize> {
     /// The implicit bonds, and how many rows they have.
     bonds: Vec<BondRows<D>>,
     bonded: usize,
+    /// How often the rows of bonds were made anew.
+    renewals: u32,
+    /// The velocities of all bodies that lead to where they were made anew last; empty before.
+    bonds_made_at: Vec<Twist>,
     acting: Vec<Acting>,
     /// The normal rows of the first contacts.
     first: Vec<u32>,
@@ -109,6 +114,8 @@ impl<const D: usize> RowSet<D> {
             coned: false,
             bonds: Vec::new(),
             bonded: 0,
+            renewals: 0,
+            bonds_made_at: Vec::new(),
             acting: Vec::new(),
             first: Vec::new(),
             bounces: Vec::new(),
@@ -119,7 +126,8 @@ impl<const D: usize> RowSet<D> {
         constraint::clear(&mut self.problem, bodies + surfaces);
         (self.bodies, self.frictional, self.coned) = (bodies, frictional, frictional);
         self.bonds.clear();
-        self.bonded = 0;
+        (self.bonded, self.renewals) = (0, 0);
+        self.bonds_made_at.clear();
         self.feature.clear();
         self.gamma.clear();
         self.acting.clear();
@@ -183,6 +191,7 @@ impl<const D: usize> RowSet<D> {
         if bonds.is_empty() && self.bonds.is_empty() {
             return;
         }
+        self.renewals += u32::from(!self.bonds.is_empty());
         let (old, before) = (std::mem::replace(&mut self.bonds, bonds), self.bonded);
         let kept = self.gamma[..before].to_vec();
         let lines = || self.bonds.iter().flat_map(|of| of.lines.iter().map(move |line| (of, line)));
@@ -209,6 +218,21 @@ impl<const D: usize> RowSet<D> {
             *first = *first - before as u32 + rows as u32;
         }
         (self.bonded, self.coned, self.changed) = (rows, true, true);
+    }
+
+    /// How often the rows of bonds were made anew.
+    pub(super) fn renewals(&self) -> u32 {
+        self.renewals
+    }
+
+    /// The velocities that lead to where the rows of bonds were made anew last.
+    pub(super) fn take_bonds_made_at(&mut self) -> Vec<Twist> {
+        std::mem::take(&mut self.bonds_made_at)
+    }
+
+    /// Sets them.
+    pub(super) fn set_bonds_made_at(&mut self, twists: Vec<Twist>) {
+        self.bonds_made_at = twists;
     }
 
     /// The implicit bonds with their multipliers.
@@ -366,7 +390,8 @@ impl<const D: usize> RowSet<D> {
         let old = std::mem::replace(self, RowSet { frictional, coned, bodies, ..RowSet::new() });
         self.bounces.clone_from(&old.bounces);
         self.problem.bodies = old.problem.bodies;
-        (self.bonds, self.bonded) = (old.bonds.clone(), old.bonded);
+        (self.bonds, self.bonded, self.renewals) = (old.bonds.clone(), old.bonded, old.renewals);
+        self.bonds_made_at.clone_from(&old.bonds_made_at);
         (0..old.bonded).for_each(|row| self.copy_row(&old, row));
         let mut first = old.first.iter().peekable();
         for row in (0..old.gamma.len()).filter(|row| old.is_contact(*row)) {

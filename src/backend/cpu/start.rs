@@ -40,6 +40,8 @@ pub struct Start {
     pub(super) bonds: Option<Incidence>,
     /// The implicit bonds that act, with their bodies.
     pub(super) held_bonds: Vec<(usize, [usize; 2])>,
+    /// The pairs that bonds keep from colliding, the lower row first, ascending.
+    without_contact: Vec<[u32; 2]>,
     /// The bonds of daughters, which are numbered after the scene's.
     daughters: Bonds,
     /// Whether first rows of these may be made where the last velocities lead.
@@ -86,6 +88,7 @@ impl Start {
             proxies: Vec::new(),
             bonds: None,
             held_bonds: Vec::new(),
+            without_contact: Vec::new(),
             daughters: Bonds::default(),
             leads: false,
             walls: None,
@@ -100,6 +103,19 @@ impl Start {
     /// Whether body `i` does not move.
     pub(super) fn is_held(&self, i: usize) -> bool {
         self.held.get(i).copied().unwrap_or(false)
+    }
+
+    /// Whether two bodies, the lower row first, do not collide: both are fixed, or a bond keeps them from it.
+    pub(super) fn never_collide(&self, a: usize, b: usize) -> bool {
+        self.is_held(a) && self.is_held(b) || {
+            let pair = [a as u32, b as u32];
+            !self.without_contact.is_empty() && self.without_contact.binary_search(&pair).is_ok()
+        }
+    }
+
+    /// The pairs that bonds keep from colliding.
+    pub(super) fn without_contact(&self) -> &[[u32; 2]] {
+        &self.without_contact
     }
 
     /// Whether body `i` is another process's.
@@ -162,6 +178,10 @@ impl Start {
         let bonded = !setup.bonds.is_empty() && !self.parting;
         self.bonds = bonded.then(|| setup.bonds.incidence(&self.bodies.lineage, &self.bodies.broken_bonds));
         self.held = setup.fixed.flags(&self.bodies);
+        if setup.bonds.any_without_contact() {
+            let incidence = setup.bonds.incidence(&self.bodies.lineage, &self.bodies.broken_bonds);
+            self.without_contact = setup.bonds.without_contact(&incidence);
+        }
         let cells = setup.growth.as_ref().filter(|cells| cells.bond_daughters());
         self.daughters = cells.map_or_else(Bonds::default, |cells| bonds_of(&self.bodies, cells));
         self.make_proxies(setup)
@@ -171,6 +191,11 @@ impl Start {
     pub(super) fn bonds_with<'a>(&'a self, setup: &'a Setup, bond: usize) -> (&'a Bonds, usize) {
         let of_scene = setup.bonds.list().len();
         if bond < of_scene { (&setup.bonds, bond) } else { (&self.daughters, bond - of_scene) }
+    }
+
+    /// The bonds of daughters.
+    pub(super) fn daughters(&self) -> &Bonds {
+        &self.daughters
     }
 
     /// The implicit bonds that act: the scene's, then those of daughters.

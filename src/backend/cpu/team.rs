@@ -85,7 +85,7 @@ pub trait Team: Send {
     /// The number of bodies of all processes; `local` is that of this one.
     fn body_count(&self, local: usize) -> usize;
     /// The whole state, on rank 0.
-    fn whole_state<'a>(&'a self, state: &'a State) -> &'a State;
+    fn whole_state<'a>(&'a self, setup: &Setup, state: &'a State) -> &'a State;
     /// All bodies.
     fn all_bodies<'a>(&'a self, local: &'a Bodies) -> &'a Bodies;
     /// All bodies, if this process has them.
@@ -185,7 +185,7 @@ impl Team for Alone {
         local
     }
 
-    fn whole_state<'a>(&'a self, state: &'a State) -> &'a State {
+    fn whole_state<'a>(&'a self, _: &Setup, state: &'a State) -> &'a State {
         state
     }
 

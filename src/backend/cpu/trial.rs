@@ -123,6 +123,7 @@ impl<const D: usize> Trial<D> {
             violations: self.overlapping.iter().filter(violates).count(),
             proxy: self.worst_proxy_overlap(setup, start),
             stretch: 0.0,
+            bond: None,
         }
     }
 

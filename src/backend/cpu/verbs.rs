@@ -83,7 +83,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         let placed = |a: usize, b: usize| trial.pair(start, a, b);
-        let limit = |a: usize, b: usize| if start.is_held(a) && start.is_held(b) { f64::NEG_INFINITY } else { 0.0 };
+        let limit = |a: usize, b: usize| if start.never_collide(a, b) { f64::NEG_INFINITY } else { 0.0 };
         let mut overlapping = narrow_phase::within(candidates, pairs, Self::SEPARATE, placed, limit);
         pairs.renew(&overlapping);
         let bodies = start.bodies.len();
@@ -92,7 +92,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         let own = trial.set_overlapping(setup, start, overlapping, violating);
         let worst = || trial.worst().map(|near| (near.pair, near.found.separation));
         let mut overlap = team.all_overlaps(own, worst, &setup.walls);
-        overlap.stretch = self.stretch();
+        (overlap.stretch, overlap.bond) = self.stretch();
         self.phases.narrow_phase += begun.elapsed();
         Ok(overlap)
     }
@@ -138,9 +138,10 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
 
     fn accept(&mut self) -> Result<Phases, Fault> {
         let begun = Instant::now();
+        self.broken = 0;
         // What parts bodies in no time is no force, and no motion.
         let left = if self.start.parting { Vec::new() } else { self.warm_start() };
-        let Cpu { setup, state, start, motions, rows, trial, team, phases, .. } = self;
+        let Cpu { setup, state, start, motions, rows, trial, team, broken, phases, .. } = self;
         state.warm = team.with_global_indices(left);
         let arrived = trial.arrived(setup, start, motions);
         let mut end = std::mem::take(&mut start.bodies);
@@ -150,7 +151,9 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
             setup.bonds.find_broken(incidence, &mut end);
         }
         if !start.parting {
-            start.break_bonds(setup, rows, &mut end);
+            let of_daughters = start.break_bonds(setup, rows, &mut end);
+            *broken = of_daughters + (end.broken_bonds.len() - state.bodies.broken_bonds.len()) as u32;
+            end.bonds = if team.is_distributed() { Vec::new() } else { start.held_after(setup, rows, &end) };
         }
         let (bodies, own) = (end.len() as u32, |body: &u32| !start.is_foreign(*body as usize));
         let first = rows.problem.pair.iter().map(|[a, b]| if *b < bodies { *a.min(b) } else { *a });
@@ -161,6 +164,10 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         state.step += u64::from(start.piece.ends_step() && !start.parting);
         phases.integrate += begun.elapsed();
         Ok(std::mem::take(phases))
+    }
+
+    fn broken_bonds(&self) -> u32 {
+        self.broken
     }
 
     fn take_again(&mut self, take: &mut Take<'_>) -> Result<(), Fault> {

@@ -9,6 +9,7 @@ use crate::gpu::{Gpu, GpuError, Precision};
 use crate::step::{Divided, Fault, Keep, Keeper, LIFE_WORDS, Lives, Plan, State, StepReport, Stepper, Unrounded, step};
 use crate::walls::surface_of;
 use crate::warm::Warm;
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 /// The host's copy of the last accepted state, except poses and shapes.
@@ -60,6 +61,7 @@ impl Device {
             group,
             lineage,
             columns: Columns::default(),
+            bonds: Vec::new(),
             broken_bonds: motions.bonds.as_ref().map_or(Ok(Vec::new()), |bonds| bonds.read_broken(gpu, setup))?,
         };
         Ok((bodies, read.unrounded))
@@ -84,6 +86,7 @@ impl Device {
         let States { accepted, accepted_shapes, .. } = &self.states;
         let (mut bodies, mut unrounded) = self.download_first(accepted, accepted_shapes, (lineage, group))?;
         bodies.columns = self.start.ancestry.accepted_columns();
+        bodies.bonds = self.setup.bonds.held(&bodies, &BTreeMap::new());
         unrounded.prescribe(&self.start.ancestry.accepted_lengths());
         let (removed, unrounded) = (removed.clone(), Some(unrounded));
         Ok(State { step: *step, next_id, bodies, warm, removed, changed: *changed, unrounded })

@@ -105,6 +105,9 @@ impl Device {
         if model.forces.iter().any(Force::is_pull) {
             return Err(GpuError::Unsupported { what: "pulls of single bodies (`forces` with `pull`)".into() });
         }
+        if model.bonds.any_without_contact() {
+            return Err(GpuError::Unsupported { what: "bonds without contact".into() });
+        }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
             RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),

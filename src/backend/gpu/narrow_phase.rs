@@ -73,7 +73,7 @@ impl Report {
         let wall = surface.map(|at| [self.worst_a as usize, of.wall_of(at.surface)]);
         let pair = (found && wall.is_none()).then_some([self.worst_a as usize, self.worst_b as usize]);
         let worst = f64::from(f32::from_bits(self.worst));
-        Overlap { worst, pair, wall, violations: self.violations as usize, proxy: None, stretch: 0.0 }
+        Overlap { worst, pair, wall, violations: self.violations as usize, proxy: None, stretch: 0.0, bond: None }
     }
 }
 

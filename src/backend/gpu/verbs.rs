@@ -100,7 +100,7 @@ impl Device {
         let separate = separate_in(setup.planar);
         // The state before the step has the periods of its time, and the trial has those at the end.
         bodies.periods = setup.strain.map_or(bodies.periods, |strain| strain.periods(start.time));
-        Ok(passed(&bodies, &twists, (setup.dt, setup.shear()), |a, b| separate(a, b, None)))
+        Ok(passed(&bodies, &twists, (setup.dt, setup.shear()), &[], |a, b| separate(a, b, None)))
     }
 }
 

@@ -56,7 +56,7 @@ Examples:
 gsd: one frame per state; one particle type per size of a shape (256 classes for growing rods; log/ has the exact \
 sizes).
 lammps, xyz: one frame per state, one line per body; OVITO draws rods in xyz as spherocylinders.
-vtk: bodies.pvd, axes.pvd and contacts.pvd with the times of the run, and show.py, which shows them in ParaView.
+vtk: bodies.pvd, axes.pvd, contacts.pvd and bonds.pvd with the times of the run, and show.py, which shows them in ParaView.
 Every file appears whole or not at all.";
 
 /// A format to export.
@@ -115,8 +115,8 @@ pub(in crate::cli) struct Measure {
     #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// Only these measures, separated by commas or by repeating the option: nematic, correlation, radius, packing,
-    /// density, length, contacts, stress, shear_stress, force_chains, friction, microdomains, dissipation, msd,
-    /// velocity_correlation, groups, segregation, removal
+    /// density, length, contacts, stress, shear_stress, force_chains, friction, walls, bonds, microdomains,
+    /// dissipation, msd, velocity_correlation, groups, segregation, removal
     #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
     pub(in crate::cli) only: Vec<String>,
     /// The last state only

@@ -6,7 +6,7 @@
 //! has no bond. They are recorded with a state as all columns are.
 
 use super::{Bending, Bond, Bonds};
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, HeldBond};
 use crate::dynamics::Cells;
 use crate::shape::Shape;
 use std::collections::BTreeMap;
@@ -97,6 +97,21 @@ pub(crate) fn bonds_of(bodies: &Bodies, cells: &Cells) -> Bonds {
     };
     let list: Vec<Bond> = ends(upper).into_iter().filter_map(bond).collect();
     Bonds::new(&list, |body| bodies.lineage[body].id)
+}
+
+/// The bonds of daughters as a state has them, numbered after the `first` ones of its scene.
+pub(crate) fn held_daughters(bodies: &Bodies, cells: &Cells, first: usize) -> Vec<HeldBond> {
+    let bonds = bonds_of(bodies, cells);
+    let held = |(number, bond): (usize, &Bond)| {
+        let held = bonds.as_held(number, bond.bodies, bodies, None);
+        HeldBond { number: (first + number) as u32, ..held }
+    };
+    bonds.list().iter().enumerate().map(held).collect()
+}
+
+/// Whether the upper end of the first of two bodies has no bond.
+pub(crate) fn is_parted(bodies: &Bodies, [a, _]: [usize; 2]) -> bool {
+    bodies.columns.get(ENDS[1]).is_none_or(|upper| upper[a] == 0.0)
 }
 
 /// Breaks the bond from the upper end of one body to the lower end of another.

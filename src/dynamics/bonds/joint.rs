@@ -20,6 +20,9 @@ pub enum Joint {
         #[cfg_attr(feature = "files", serde(default = "rigid", with = "super::stiffness"))]
         #[cfg_attr(feature = "files", schemars(with = "super::stiffness::Stiffness"))]
         stiffness: f64,
+        /// Whether both bodies collide with each other.
+        #[cfg_attr(feature = "files", serde(default = "super::collides", skip_serializing_if = "super::is_true"))]
+        contact: bool,
     },
     /// As a ball, and only turns about an axis of both bodies are free. In a planar scene the axis is z.
     Hinge {
@@ -42,6 +45,9 @@ pub enum Joint {
         /// one's axis; up to a turn about the axis. Without it: as both start.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         rest: Option<[f64; 4]>,
+        /// Whether both bodies collide with each other.
+        #[cfg_attr(feature = "files", serde(default = "super::collides", skip_serializing_if = "super::is_true"))]
+        contact: bool,
     },
     /// Both bodies move as one.
     Weld {
@@ -61,6 +67,9 @@ pub enum Joint {
         /// both start.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         rest: Option<[f64; 4]>,
+        /// Whether both bodies collide with each other.
+        #[cfg_attr(feature = "files", serde(default = "super::collides", skip_serializing_if = "super::is_true"))]
+        contact: bool,
     },
 }
 
@@ -72,12 +81,20 @@ const fn rigid() -> f64 {
 impl Joint {
     /// A rigid ball joint of points of two bodies, body axes.
     pub const fn ball(bodies: [usize; 2], at: [[f64; 3]; 2]) -> Joint {
-        Joint::Ball { bodies, at, stiffness: f64::INFINITY }
+        Joint::Ball { bodies, at, stiffness: f64::INFINITY, contact: true }
     }
 
     /// A rigid hinge about an axis in the axes of the first body.
     pub const fn hinge(bodies: [usize; 2], at: [[f64; 3]; 2], axis: [f64; 3]) -> Joint {
-        Joint::Hinge { bodies, at, axis: Some(axis), stiffness: f64::INFINITY, bending: f64::INFINITY, rest: None }
+        Joint::Hinge {
+            bodies,
+            at,
+            axis: Some(axis),
+            stiffness: f64::INFINITY,
+            bending: f64::INFINITY,
+            rest: None,
+            contact: true,
+        }
     }
 
     /// A rigid weld of two bodies as they start.
@@ -88,7 +105,7 @@ impl Joint {
     /// assert_eq!((weld.name(), weld.bodies()), ("weld", [0, 1]));
     /// ```
     pub const fn weld(bodies: [usize; 2], at: [[f64; 3]; 2]) -> Joint {
-        Joint::Weld { bodies, at, stiffness: f64::INFINITY, bending: f64::INFINITY, rest: None }
+        Joint::Weld { bodies, at, stiffness: f64::INFINITY, bending: f64::INFINITY, rest: None, contact: true }
     }
 
     /// Its name, as a scene has it.
@@ -111,6 +128,13 @@ impl Joint {
     pub const fn at(&self) -> [[f64; 3]; 2] {
         match *self {
             Joint::Ball { at, .. } | Joint::Hinge { at, .. } | Joint::Weld { at, .. } => at,
+        }
+    }
+
+    /// Whether its bodies collide with each other.
+    pub const fn has_contact(&self) -> bool {
+        match *self {
+            Joint::Ball { contact, .. } | Joint::Hinge { contact, .. } | Joint::Weld { contact, .. } => contact,
         }
     }
 
@@ -146,7 +170,8 @@ impl Joint {
 
     /// The bond that keeps its point.
     pub(super) fn bond(&self) -> Bond {
-        Bond { implicit: Some(true), ..Bond::new(self.bodies(), self.at(), self.stiffnesses().0) }
+        let contact = self.has_contact();
+        Bond { implicit: Some(true), contact, ..Bond::new(self.bodies(), self.at(), self.stiffnesses().0) }
     }
 
     /// What it resists beside the motion of its point, of bodies that rest so.

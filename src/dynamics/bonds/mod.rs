@@ -29,10 +29,12 @@ pub use joint::Joint;
 pub(crate) use network::{Member, Unstable, instability};
 
 use super::Load;
-use crate::bodies::{Bodies, Lineage};
+use crate::bodies::{Bodies, HeldBond, Lineage, sorted_pairs};
 use crate::motion::Pose;
 use crate::periodic::Periods;
 use glam::{DQuat, DVec3};
+use std::collections::BTreeMap;
+use std::num::NonZeroU32;
 use turning::{Resists, Turn, Turning};
 
 /// A spring between points of two bodies.
@@ -66,12 +68,27 @@ pub struct Bond {
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub break_force: Option<f64>,
+    /// Whether its bodies collide with each other. Where they do not, only on the CPU.
+    #[cfg_attr(feature = "files", serde(default = "collides", skip_serializing_if = "is_true"))]
+    pub contact: bool,
+}
+
+/// The default of `contact`.
+#[cfg(feature = "files")]
+pub(crate) const fn collides() -> bool {
+    true
+}
+
+/// Whether a flag has its default.
+#[cfg(feature = "files")]
+pub(crate) const fn is_true(flag: &bool) -> bool {
+    *flag
 }
 
 impl Bond {
     /// An unbreakable bond of length 0 between points of two bodies, body axes.
     pub const fn new(bodies: [usize; 2], at: [[f64; 3]; 2], stiffness: f64) -> Bond {
-        Bond { bodies, at, stiffness, implicit: None, length: 0.0, bending: None, break_force: None }
+        Bond { bodies, at, stiffness, implicit: None, length: 0.0, bending: None, break_force: None, contact: true }
     }
 
     /// An unbreakable bond that keeps its length of 0: a ball joint.
@@ -126,6 +143,39 @@ impl Bond {
     /// Whether it breaks with `way` between its points.
     fn breaks(&self, way: DVec3) -> bool {
         self.break_force.is_some_and(|most| self.stiffness * (way.length() - self.length) > most)
+    }
+}
+
+/// What messages call a bond: its place in the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BondName(NonZeroU32);
+
+/// Joints are named from here on: a scene has no more than 2^24 bonds.
+const FIRST_JOINT: u32 = 1 << 30;
+
+impl BondName {
+    /// A bond of daughters.
+    pub const DAUGHTERS: BondName = BondName(NonZeroU32::MAX);
+
+    /// Bond number `bond` of the scene's `bonds`, or after those of the chains of `generate`.
+    pub fn bond(bond: usize) -> BondName {
+        BondName(NonZeroU32::MIN.saturating_add(bond as u32))
+    }
+
+    /// Joint number `joint` of the scene.
+    pub fn joint(joint: usize) -> BondName {
+        BondName(NonZeroU32::MIN.saturating_add(FIRST_JOINT + joint as u32))
+    }
+}
+
+impl std::fmt::Display for BondName {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let number = self.0.get() - 1;
+        match number.checked_sub(FIRST_JOINT) {
+            _ if *self == BondName::DAUGHTERS => write!(f, "a bond of daughters"),
+            Some(joint) => write!(f, "joints[{joint}]"),
+            None => write!(f, "bonds[{number}]"),
+        }
     }
 }
 
@@ -192,6 +242,25 @@ impl Bonds {
         let acts = |bond: &usize| if parting { self.keeps_something(*bond) } else { self.is_implicit(*bond) };
         let held = (0..self.list.len()).filter(acts);
         held.filter_map(|bond| Some((bond, incidence.pair(bond)?))).collect()
+    }
+
+    /// Whether any keeps its bodies from colliding.
+    pub fn any_without_contact(&self) -> bool {
+        self.list.iter().any(|bond| !bond.contact)
+    }
+
+    /// The pairs of these bodies that bonds keep from colliding, the lower row first, ascending.
+    pub(crate) fn without_contact(&self, incidence: &Incidence) -> Vec<[u32; 2]> {
+        let bonds = (0..self.list.len()).filter(|bond| !self.list[*bond].contact);
+        sorted_pairs(bonds.filter_map(|bond| incidence.pair(bond)).map(|pair| pair.map(|body| body as u32)))
+    }
+
+    /// What a bond is called, and its bodies by their present rows.
+    pub fn name(&self, bond: usize) -> BondName {
+        match bond.checked_sub(self.list.len() - self.joints.len()) {
+            Some(joint) => BondName::joint(joint),
+            None => BondName::bond(bond),
+        }
     }
 
     /// Whether any keeps a length or an angle.
@@ -294,6 +363,40 @@ impl Bonds {
         let at = self.list[bond].at.map(DVec3::from);
         let arms = [a.orientation * at[0], b.orientation * at[1]];
         (arms, periods.nearest(b.position - a.position) + (arms[1] - arms[0]))
+    }
+
+    /// The bonds that hold, as a state has them. Explicit ones pull as they are there, and implicit ones as `pulls` has
+    /// it, by number: the force on the second body at its end, and the torque about that.
+    pub fn held(&self, bodies: &Bodies, pulls: &BTreeMap<usize, [DVec3; 2]>) -> Vec<HeldBond> {
+        if self.list.is_empty() {
+            return Vec::new();
+        }
+        let incidence = self.incidence(&bodies.lineage, &bodies.broken_bonds);
+        let held = (0..self.list.len()).filter_map(|bond| Some((bond, incidence.pair(bond)?)));
+        held.map(|(bond, pair)| self.as_held(bond, pair, bodies, pulls.get(&bond).copied())).collect()
+    }
+
+    /// A bond between these bodies, as a state has it.
+    pub(crate) fn as_held(&self, bond: usize, pair: [usize; 2], bodies: &Bodies, pull: Option<[DVec3; 2]>) -> HeldBond {
+        let (of, poses) = (&self.list[bond], pair.map(|body| bodies.pose(body)));
+        let way = self.between_poses(bond, &bodies.periods, poses).1;
+        let [force, torque] = match pull {
+            _ if !self.is_implicit(bond) => [-of.pull(way), DVec3::ZERO],
+            pull => pull.unwrap_or_default(),
+        };
+        let energy = |turn: Turn| {
+            if turn.compliance > 0.0 { 0.5 * turn.angle.length_squared() / turn.compliance } else { 0.0 }
+        };
+        HeldBond {
+            number: bond as u32,
+            bodies: pair.map(|body| body as u32),
+            at: of.at.map(DVec3::from),
+            length: of.length,
+            force,
+            torque,
+            bending_energy: self.turns(bond, (poses, way), bodies.planar).into_iter().map(energy).sum(),
+            contact: of.contact,
+        }
     }
 
     /// The unbroken bonds and joints, with the present indices of their bodies. Joints have how they rest.

@@ -309,6 +309,10 @@ class StepReport:
         """The largest angle by which contact turned a body of revolution about its own axis."""
 
     @property
+    def broken_bonds(self) -> int:
+        """Bonds that broke. On a device they are not counted by step."""
+
+    @property
     def sliding(self) -> Optional[int]:
         """Contacts that push and slide, so that their friction is at its limit; none in a scene without friction."""
 

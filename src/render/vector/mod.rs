@@ -6,7 +6,7 @@ mod outline;
 
 use super::camera::Camera;
 use super::colour::{self, encode};
-use super::{Background, Quantity, Scale, backdrop::Backdrop, caption, scale_bar};
+use super::{Background, Quantity, Scale, backdrop::Backdrop, bonds, caption, scale_bar};
 use crate::bodies::Bodies;
 use crate::page::{Anchor, Ink, Page, PathBuilder, Words};
 use glam::{DVec2, DVec3, Vec3};
@@ -50,6 +50,7 @@ pub(super) fn page(drawn: &Drawn<'_>) -> Page {
         page.shape(rectangle([0.0, 0.0], size), Some(Ink::opaque(paper)), None);
     }
     stands_still(&mut page, drawn, Ink::opaque(ink));
+    sticks(&mut page, drawn);
     for i in 0..drawn.bodies.len() {
         let Some(path) = outline::of(drawn.bodies, i, &|point| on_page(drawn, point)) else { continue };
         let colour = drawn.colours[i];
@@ -71,6 +72,18 @@ fn on_page(drawn: &Drawn<'_>, point: DVec3) -> DVec2 {
     let [wide, high] = drawn.size.map(f64::from);
     let at = drawn.camera.to_view(point - drawn.camera.centre) * drawn.camera.pixels_per_length();
     DVec2::new(0.5 * wide + at.x, 0.5 * high - at.y)
+}
+
+/// Bonds, behind the bodies.
+fn sticks(page: &mut Page, drawn: &Drawn<'_>) {
+    let ink = Ink::opaque(bonds::COLOUR.to_array().map(encode));
+    for (from, way, diameter) in drawn.bodies.bonds.iter().filter_map(|bond| bonds::stick(drawn.bodies, bond)) {
+        let [from, to] = [from, from + way].map(|point| on_page(drawn, point).as_vec2());
+        let mut builder = PathBuilder::new();
+        builder.move_to(from.x, from.y);
+        builder.line_to(to.x, to.y);
+        page.shape(builder.finish(), None, Some((ink, (diameter * drawn.camera.pixels_per_length()) as f32)));
+    }
 }
 
 /// Walls and the edges of the periodic cell.

@@ -100,6 +100,7 @@ pub(in super::super) fn bonds(chain: &Chain, first: usize) -> Vec<Bond> {
         length: rest,
         bending,
         break_force: chain.break_force,
+        contact: chain.contact,
         ..Bond::new(bodies, [[0.0, 0.0, reach], [0.0, 0.0, 0.0 - reach]], chain.stiffness)
     };
     starts.flat_map(of_chain).map(bond).collect()

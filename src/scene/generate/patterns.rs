@@ -160,6 +160,10 @@ pub struct Chain {
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub break_force: Option<f64>,
+    /// Whether neighbours collide with each other.
+    #[cfg_attr(feature = "files", serde(default = "crate::dynamics::bonds::collides"))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "crate::dynamics::bonds::is_true"))]
+    pub contact: bool,
     /// How they start. Without it: straight along x, with the middle at the origin.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub path: Option<ChainPath>,
@@ -181,6 +185,7 @@ impl Chain {
             gap: None,
             bending: None,
             break_force: None,
+            contact: true,
             path: None,
             repeat: Vec::new(),
             group: None,

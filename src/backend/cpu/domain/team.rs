@@ -222,8 +222,8 @@ impl Team for Domain {
         self.part.as_ref().map_or(local, |part| part.all)
     }
 
-    fn whole_state<'a>(&'a self, state: &'a State) -> &'a State {
-        self.gather_state(state)
+    fn whole_state<'a>(&'a self, setup: &Setup, state: &'a State) -> &'a State {
+        self.gather_state(setup, state)
     }
 
     fn all_bodies<'a>(&'a self, local: &'a Bodies) -> &'a Bodies {

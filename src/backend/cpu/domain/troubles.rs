@@ -91,6 +91,7 @@ impl Domain {
             violations: all.iter().map(|words| words[2] as usize).sum(),
             proxy: own.proxy,
             stretch: own.stretch,
+            bond: own.bond,
         }
     }
 }

@@ -2,9 +2,11 @@
 
 use super::Domain;
 use super::part::{pack_warm, sorted_warm};
+use crate::backend::cpu::setup::Setup;
 use crate::bodies::Bodies;
 use crate::processes::GATHER;
 use crate::step::State;
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 impl Domain {
@@ -24,17 +26,18 @@ impl Domain {
     }
 
     /// The state with all bodies and the warm start of all pairs, on rank 0. Collective.
-    pub(super) fn gather_state<'a>(&'a self, state: &'a State) -> &'a State {
+    pub(super) fn gather_state<'a>(&'a self, setup: &Setup, state: &'a State) -> &'a State {
         let Some(part) = &self.part else { return state };
         self.whole_state.get_or_init(|| {
             if self.processes.rank() == 0 {
                 self.processes.broadcast(&[GATHER]);
             }
-            let bodies = part.gather_to_root(self.processes, &state.bodies);
+            let mut bodies = part.gather_to_root(self.processes, &state.bodies);
             let warm = sorted_warm(&self.processes.gather_to_root(&words_of_warm(part, state)));
             if self.processes.rank() > 0 {
                 return State::default();
             }
+            bodies.bonds = setup.bonds.held(&bodies, &BTreeMap::new());
             let State { step, next_id, changed, .. } = *state;
             State { step, next_id, bodies, warm, removed: state.removed.clone(), changed, unrounded: None }
         })
