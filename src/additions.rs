@@ -39,7 +39,7 @@ const NAMED: [(&str, &[&str]); 11] = [
             "separation/surface/gpu.rs",
         ],
     ),
-    ("Wall::Cylinder", &["walls/wall.rs", "walls/lines.rs", "scene/validate/walls.rs"]),
+    ("Wall::Cylinder", &["walls/wall.rs", "walls/area.rs", "walls/lines.rs", "scene/validate/walls.rs"]),
     (
         "Surface::Cylinder",
         &[

@@ -13,7 +13,7 @@
 //!
 //! The step is implicit Euler's: a row is made again at the trial until its gap and its direction are those of the
 //! step's end. As a tense bond turns, so does its pull, and as a body turns, so do its points. Where that moves the
-//! points by more than what they have turned by, making rows anew would not converge. The bond then has further rows,
+//! points by more than what they have turned by, making rows again would not converge. The bond then has further rows,
 //! the geometric stiffness of Newton's method, with the pull `F` of the last solve; at its limit their multipliers are
 //! zero:
 //!

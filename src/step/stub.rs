@@ -72,5 +72,5 @@ fn the_stubs_of_python_have_the_figures_of_a_report() {
     if std::env::var_os("RELCP_WRITE_STUBS").is_some() {
         fs::write(path, &told).unwrap();
     }
-    assert!(stubs == told, "RELCP_WRITE_STUBS=1 cargo test --lib stubs writes those of {path} anew");
+    assert!(stubs == told, "RELCP_WRITE_STUBS=1 cargo test --lib stubs writes those of {path}");
 }

@@ -179,7 +179,7 @@ fn a_run_leaves_its_folder() {
     assert!(summary["final_max_overlap"].as_f64().unwrap() <= 1e-5);
     assert_eq!(place.json("runs/rods/summary.json")["state_hash"], summary["state_hash"]);
     let rows = fs::read_to_string(place.at("runs/rods/steps.csv")).unwrap();
-    let columns = "step,time,bodies,constraints,recursions,iterations,products,residual,first_violation,max_overlap,pieces,largest_move,largest_push_gap,contact_energy,axial_spin,sliding,sticking,friction_work,wall_seconds";
+    let columns = "step,time,bodies,constraints,recursions,iterations,products,residual,first_violation,max_overlap,pieces,largest_move,largest_push_gap,contact_energy,axial_spin,broken_bonds,sliding,sticking,friction_work,wall_seconds";
     assert_eq!((rows.lines().next(), rows.lines().count()), (Some(columns), 61));
     assert_eq!(fs::read_dir(place.at("runs/rods/states")).unwrap().count(), 13);
     assert_eq!(place.json("runs/rods/scene.json")["contact"]["max_recursions"], 64);

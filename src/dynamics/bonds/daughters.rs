@@ -18,7 +18,7 @@ pub(crate) const ENDS: [&str; 2] = ["lower_bond", "upper_bond"];
 pub(crate) const LARGEST_END: u64 = 1 << 53;
 
 /// The default gap, in diameters. Without a gap a rigid bond and the contact of both caps would say the same twice, and
-/// contradict each other by rounding; in a soft bond the contact bears what presses the cells together.
+/// contradict each other by rounding; in a soft bond the contact carries what presses the cells together.
 const GAP: f64 = 0.01;
 
 /// The axis of a rod.

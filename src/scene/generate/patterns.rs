@@ -167,7 +167,7 @@ pub struct Chain {
     /// How they start. Without it: straight along x, with the middle at the origin.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub path: Option<ChainPath>,
-    /// Copies of the chain; of a random walk, each is drawn anew.
+    /// Copies of the chain; each random walk is drawn separately.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub repeat: Vec<Repeat>,
     /// Their group.

@@ -233,7 +233,7 @@ impl Simulation {
         self.check_stop()
     }
 
-    /// A backend made anew, as other bodies may need other kernels and another cutoff.
+    /// A new backend, as other bodies may need other kernels and another cutoff.
     fn rebuild(&mut self, state: &State) -> Result<(), Fault> {
         check_pairs(&state.bodies)?;
         let cutoff = self.scene.cutoff_of(state.bodies.shape.iter().copied());
