@@ -54,9 +54,9 @@ impl Spin {
     }
 
     /// The angular velocity that goes with such a momentum, so near that [`Spin::momentum`] gives it back but for the
-    /// rounding of the velocity itself: a state has the velocity, and every step computes the momentum from it again. Without
-    /// the second look roundings lean to one side, and of a rod 5e-12 of the momentum are lost in 12,570 steps; with
-    /// it, 2e-14.
+    /// rounding of the velocity itself: a state has the velocity, and every step computes the momentum from it again.
+    /// Without the second look roundings lean to one side, and of a rod 5e-12 of the momentum are lost in 12,570 steps;
+    /// with it, 2e-14.
     pub fn velocity(&self, orientation: DQuat, momentum: DVec3) -> DVec3 {
         if self.is_even() {
             return momentum;

@@ -3,7 +3,8 @@
 //!
 //! All take the same decisions from the same numbers. Each does the work on the bodies of its domain, and numbers of
 //! all are joined in one order, so that the bits are those of one process. Rank 0 leads: it alone reads arguments,
-//! writes files, handles the user's requests, and says what is done next ([`Processes::broadcast`], [`Processes::receive`]).
+//! writes files, handles the user's requests, and says what is done next ([`Processes::broadcast`],
+//! [`Processes::receive`]).
 
 mod group;
 mod session;
