@@ -7,7 +7,7 @@
 `--colour NAME` colours by an array that bodies.pvd and axes.pvd have: generation, shape, id or birth; without it the first of
 these that varies.
 Rods are tubes around axes.pvd with a sphere at each end, rings are tubes, spheres and ellipsoids are 3D glyphs at bodies.pvd.
-Bonds are the lines of bonds.pvd.
+Bonds are the lines of bonds.pvd, if the run has bonds.
 """
 import argparse
 import os
@@ -84,9 +84,8 @@ def show(folder, view, colour=None):
         parts.append(pv.Show(tube, view, "GeometryRepresentation"))
     if spread(axes, "cap")[1] > 0:
         parts.append(glyphs(axes, view, "cap", False, None))
-    bonds = open_collection(folder, "bonds")
-    if bonds.GetDataInformation().GetNumberOfCells() > 0:
-        lines = pv.Show(bonds, view, "GeometryRepresentation")
+    if os.path.exists(os.path.join(folder, "bonds.pvd")):
+        lines = pv.Show(open_collection(folder, "bonds"), view, "GeometryRepresentation")
         lines.LineWidth = 3
         pv.ColorBy(lines, None)
     coloured = [part for part in parts if part.Input.PointData.GetArray(colour)]

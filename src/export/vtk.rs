@@ -6,7 +6,7 @@
 //! | `bodies.pvd` | the centres | `orientation` (`[w, x, y, z]`, a "Quaternion" of 3D glyphs), `shape` (0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (as a scene gives them), `glyph` (the axes of a sphere or an ellipsoid, by which a glyph of unit diameter is scaled; 0 for rods and rings), `id`, `parent` (-1: none), `birth`, `generation`, `group` (-1: none), `velocity`, `angular_velocity` |
 //! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
 //! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force along the normal) and `force` (of `a` on `b`, with friction; both are not a number where they are not known: only a checkpoint and states recorded with `output.forces` know) |
-//! | `bonds.pvd` | a line a bond, from end to end | `number` (in the scene), `a` and `b` (rows), `tension`, `force` and `torque` (on `b`, about the bond's end there; not a number where they are not known), `bending_energy` |
+//! | `bonds.pvd`, only of states with bonds | a line a bond, from end to end | `number` (in the scene), `a` and `b` (rows), `tension`, `force` and `torque` (on `b`, about the bond's end there; not a number where they are not known), `bending_energy` |
 //!
 //! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of
 //! periods to add; a contact refers to `a` and to the image of `b` that it touches.
@@ -34,7 +34,9 @@ const SCRIPT_NAME: &str = "show.py";
 /// The folder of the states' files.
 const STATES: &str = "states";
 /// The collections.
-const COLLECTIONS: [&str; 4] = ["bodies", "axes", "contacts", "bonds"];
+const COLLECTIONS: [&str; 4] = ["bodies", "axes", "contacts", BONDS];
+/// The one that only states with bonds have.
+const BONDS: &str = "bonds";
 
 /// Segments of a ring's axis. Its corners are on the circle, the middles of its segments are inside by `R (1 -
 /// cos(pi/64))`: 0.12 %.
@@ -54,7 +56,7 @@ const RING_SEGMENTS: usize = 64;
 /// let folder = tempfile::tempdir()?;
 /// let done = vtk(&States::open("two-ellipsoids")?, folder.path(), None, &mut |_, _| true)?;
 /// assert_eq!(done.states, 1);
-/// for name in ["bodies.pvd", "axes.pvd", "contacts.pvd", "bonds.pvd", "show.py", "states/bodies_0000000000.vtp"] {
+/// for name in ["bodies.pvd", "axes.pvd", "contacts.pvd", "show.py", "states/bodies_0000000000.vtp"] {
 ///     assert!(folder.path().join(name).exists(), "{name}");
 /// }
 /// # Ok::<(), relcp::Error>(())
@@ -62,7 +64,7 @@ const RING_SEGMENTS: usize = 64;
 pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) -> Result<Exported, ExportError> {
     let inner = folder.join(STATES);
     fs::create_dir_all(&inner).map_err(RecordError::io(&inner, "create the folder"))?;
-    let mut listed = Vec::new();
+    let mut listed = [(); COLLECTIONS.len()].map(|()| Vec::new());
     let (mut most, mut bytes) = (0, 0);
     for i in 0..states.len() {
         if !watch(i, states.len()) {
@@ -73,19 +75,24 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
         state.refuse_custom(|| states.origin(i))?;
         let wrapped = state.wrapped();
         let data = [bodies(&state), axes(&wrapped), touching(&wrapped, cutoff), bonds(&wrapped)];
-        for (name, data) in COLLECTIONS.into_iter().zip(data) {
+        let held = !state.bodies.bonds.is_empty();
+        for ((name, data), listed) in COLLECTIONS.into_iter().zip(data).zip(&mut listed) {
+            if name == BONDS && !held {
+                continue;
+            }
+            listed.push((state.step, state.time));
             let packed = data.into_bytes();
             bytes += packed.len() as u64;
             durable::place(&inner.join(file_name(name, state.step)), &packed)?;
         }
         most = most.max(state.bodies.len());
-        listed.push((state.step, state.time));
     }
     durable::sync_folder(&inner)?;
     let mut files = Vec::new();
-    for (name, text) in COLLECTIONS
-        .map(|name| (format!("{name}.pvd"), collection(name, &listed)))
-        .into_iter()
+    let collections =
+        COLLECTIONS.into_iter().zip(&listed).filter(|(name, listed)| *name != BONDS || !listed.is_empty());
+    for (name, text) in collections
+        .map(|(name, listed)| (format!("{name}.pvd"), collection(name, listed)))
         .chain([(SCRIPT_NAME.into(), script(folder))])
     {
         let path = folder.join(name);

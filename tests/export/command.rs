@@ -30,7 +30,7 @@ fn a_run_is_exported_into_its_folder() {
     assert!(out.is_empty());
     assert_eq!(
         names(&place.path().join("colony/vtk")),
-        ["axes.pvd", "bodies.pvd", "bonds.pvd", "contacts.pvd", "show.py", "states"]
+        ["axes.pvd", "bodies.pvd", "contacts.pvd", "show.py", "states"]
     );
     assert_eq!(names(&place.path().join("colony/vtk/states")).len(), 78);
     // What it left does not keep the run from being gone on with, or exported again.

@@ -116,12 +116,26 @@ class Batches(unittest.TestCase):
     def test_ctrl_c_stops_all_and_the_same_call_goes_on(self):
         import _thread
         import threading
+        import time
 
-        long = relcp.Scene.load("colony", {"time.dt": 0.002, "time.end": 4, "output.picture": False})
+        long = relcp.Scene.load("colony", {"time.dt": 0.001, "time.end": 4, "output.picture": False})
         out = self.place / "long"
-        threading.Timer(0.5, _thread.interrupt_main).start()
-        with self.assertRaises(KeyboardInterrupt):
-            relcp.batch(long, seeds=2, out=out, progress=False)
+        ended = threading.Event()
+
+        def interrupt():
+            while not any(out.glob("*/scene.json")) and not ended.is_set():
+                time.sleep(0.01)
+            if not ended.is_set():
+                _thread.interrupt_main()
+
+        key = threading.Thread(target=interrupt)
+        key.start()
+        try:
+            with self.assertRaises(KeyboardInterrupt):
+                relcp.batch(long, seeds=2, out=out, progress=False)
+        finally:
+            ended.set()
+            key.join()
         statuses = {relcp.Run(path).status for path in out.iterdir() if path.is_dir()}
         self.assertEqual(statuses, {"interrupted"})
         batch = relcp.batch(long, seeds=2, out=out, progress=False)
