@@ -354,6 +354,7 @@ impl Force {
     }
 
     /// Whether it pulls a single body, which devices do not compute.
+    #[cfg(feature = "gpu")]
     pub(crate) fn is_pull(&self) -> bool {
         matches!(self, Force::Pull { .. })
     }
