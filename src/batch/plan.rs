@@ -28,8 +28,8 @@ pub struct Member {
     pub index: usize,
     /// Its varied values, in the order in which they are applied.
     pub set: Ordered<Value>,
-    /// The values of its scene in the plan's columns, also those that the plan leaves unchanged. A key that the scene does
-    /// not have is null.
+    /// The values of its scene in the plan's columns, also those that the plan leaves unchanged. A key that the scene
+    /// does not have is null.
     pub values: Ordered<Value>,
     /// Hash of its scene.
     pub scene_hash: String,

@@ -14,8 +14,8 @@
 //! | `log/particles/angular_velocity` | N x 3 | |
 //! | `log/particles/Aspherical Shape` | N x 3, f32 | shapes for OVITO, if the types are classes |
 //!
-//! Where a state has bonds, `bonds/N`, `bonds/typeid` (all of the type `bond`) and `bonds/group` (the two bodies) are those
-//! that hold, and `log/bonds/force` (B x 3) is the force of each on its second body, where it is known.
+//! Where a state has bonds, `bonds/N`, `bonds/typeid` (all of the type `bond`) and `bonds/group` (the two bodies) are
+//! those that hold, and `log/bonds/force` (B x 3) is the force of each on its second body, where it is known.
 //!
 //! The box is centred on the origin, as the schema requires. Along a periodic axis its side is the period; positions
 //! are wrapped into it, in a sheared cell into the tilted box, and `particles/image` (N x 3, i32) has the number of

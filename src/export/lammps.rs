@@ -13,9 +13,9 @@
 //! | `d_size1 d_size2 d_size3` | the shape's sizes in the order of a scene |
 //! | `i_parent d_birth i_generation i_group` | lineage and group; a parent is counted from 1 and 0 is none, a group -1 |
 //!
-//! Where a state has bonds, a second file, `NAME.bonds.lammpstrj`, has them as LAMMPS' `dump local` writes it, one line per
-//! bond: its number in the scene from 1, the ids of its bodies in the dump, its type, 1, its length, its tension, and the
-//! force on its second body, `nan` where that is not known. OVITO reads it by *Load trajectory*.
+//! Where a state has bonds, a second file, `NAME.bonds.lammpstrj`, has them as LAMMPS' `dump local` writes it, one line
+//! per bond: its number in the scene from 1, the ids of its bodies in the dump, its type, 1, its length, its tension,
+//! and the force on its second body, `nan` where that is not known. OVITO reads it by *Load trajectory*.
 //!
 //! The box of a sheared cell is triclinic, with the tilts xy, xz and yz, and bodies are in it.
 //!

@@ -1,9 +1,9 @@
 //! Bonds and the chains that they make: tensions, energies, lengths, and how stiff chains are against bends.
 //!
-//! A chain is bodies that bonds join one after the other, each to at most two others; it is open, or a ring. Its contour
-//! goes from end to end of its bonds and, inside of each body, from one bond to the next. The first and the last body
-//! of an open chain go on to the other side of their centre. Its directions `u` are those of the contour inside bodies,
-//! or of bonds where these are at the centres of bodies.
+//! A chain is bodies that bonds join one after the other, each to at most two others; it is open, or a ring. Its
+//! contour goes from end to end of its bonds and, inside of each body, from one bond to the next. The first and the
+//! last body of an open chain go on to the other side of their centre. Its directions `u` are those of the contour
+//! inside bodies, or of bonds where these are at the centres of bodies.
 //!
 //! The persistence length is `-b / ln <u . u'>` of neighbours, with the mean contour `b` from one to the next: that of
 //! the worm-like chain, whose directions `s` apart have the mean cosine `exp(-s / p)` (O. Kratky, G. Porod, Rec. Trav.

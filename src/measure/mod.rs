@@ -9,8 +9,8 @@
 //! use relcp::record::States;
 //! use relcp::measure::{Settings, measure, select};
 //! let states = States::open("three-capsules")?;
-//! let measured = measure("three-capsules", &states, &select(&["radius".into()])?, &Settings::default(), &mut |_done, _all| true)?;
-//! assert!(measured.value(0, "radius_outermost").is_some_and(|radius| radius > 0.0));
+//! let measured = measure("three-capsules", &states, &select(&["radius".into()])?, &Settings::default(), &mut |_done,
+//! _all| true)?; assert!(measured.value(0, "radius_outermost").is_some_and(|radius| radius > 0.0));
 //! # Ok::<(), relcp::Error>(())
 //! ```
 

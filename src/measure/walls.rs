@@ -1,9 +1,9 @@
 //! The forces of bodies on walls, and the torque and pressure that each surface of a wall bears.
 //!
-//! A contact that pushes with `gamma` bears on the wall with `gamma n + t`, with the normal `n` towards the wall and the
-//! friction force `t`. A surface's force and torque are the sums over its contacts; its pressure is the sum of `gamma`
-//! over its area. A torque is about the point that the wall turns about, where that is at the state's time. In periodic
-//! space a force acts at all images, so that there is no torque.
+//! A contact that pushes with `gamma` bears on the wall with `gamma n + t`, with the normal `n` towards the wall and
+//! the friction force `t`. A surface's force and torque are the sums over its contacts; its pressure is the sum of
+//! `gamma` over its area. A torque is about the point that the wall turns about, where that is at the state's time. In
+//! periodic space a force acts at all images, so that there is no torque.
 
 use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
 use crate::walls::{WallPush, Walls};

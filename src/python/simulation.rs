@@ -468,8 +468,8 @@ impl PySimulation {
         picture::array(py, drawn.map_err(|no| rendered(py, no))?)
     }
 
-    /// Writes a picture as `render` makes it into a file: `.png`, or vectors of a planar scene seen from the top, `.svg`
-    /// and `.pdf`. Returns its path.
+    /// Writes a picture as `render` makes it into a file: `.png`, or vectors of a planar scene seen from the top,
+    /// `.svg` and `.pdf`. Returns its path.
     #[pyo3(signature = (path, width=960, height=None, *, view=None, colour="orientation", range=None, background="white", words=true))]
     #[allow(clippy::too_many_arguments)]
     fn save_picture(

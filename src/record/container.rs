@@ -8,8 +8,8 @@
 //! and `columns`, the named columns one after the other in the order of the header's `columns`. If bonds are broken,
 //! `broken_bonds` has their indices in the scene, ascending. Of the bonds and joints that hold there are `bond` (the
 //! number in the scene), `bond_bodies` (B x 2, rows), `bond_at` (B x 6, the end on each body, body axes),
-//! `bond_length` (at rest), `bond_energy` (of bends and turns), `bond_contact` (1 where its bodies collide), and with forces `bond_force` and `bond_torque` (B x 3,
-//! on the second body, about its end).
+//! `bond_length` (at rest), `bond_energy` (of bends and turns), `bond_contact` (1 where its bodies collide), and with
+//! forces `bond_force` and `bond_torque` (B x 3, on the second body, about its end).
 //!
 //! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, one row per near pair (and, where
 //! contacts have friction, `warm_tangent`, the friction forces on the second bodies, N x 3: version 3), and the run's

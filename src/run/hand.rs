@@ -1,5 +1,5 @@
-//! Hands: a user of a run that goes on drags a body by a spring, places bodies and removes them. The spring is a `pull`,
-//! the last of the scene's `forces`; each of its motions, and what is placed or removed, is one of the scene's
+//! Hands: a user of a run that goes on drags a body by a spring, places bodies and removes them. The spring is a
+//! `pull`, the last of the scene's `forces`; each of its motions, and what is placed or removed, is one of the scene's
 //! `changes`.
 
 use super::Run;

@@ -43,7 +43,8 @@ pub struct Plan {
     pub stepping: Stepping,
     /// What growing cells do where there is no room, in a scene whose space has an end; else none.
     pub on_no_room: Option<OnNoRoom>,
-    /// Whether cells that lock by friction wait: all grow slower under pressure, and that of those that lock has no bound.
+    /// Whether cells that lock by friction wait: all grow slower under pressure, and that of those that lock has no
+    /// bound.
     pub(super) locked_wait: bool,
     /// Whether the walls and periods of such a scene leave no way out.
     pub(super) closed: bool,

@@ -48,7 +48,8 @@ pub struct Passed {
 
 /// The pairs of bodies that pass each other if all move from `start` for `dt` with the constant velocities `twist`;
 /// none if no pair does. `separate` is the separation of a pair, in space or in the plane. In periodic space the image
-/// that is nearest at the start counts, in a sheared cell with its velocity. The pairs of `but`, ascending, do not count.
+/// that is nearest at the start counts, in a sheared cell with its velocity. The pairs of `but`, ascending, do not
+/// count.
 pub fn passed(
     start: &Bodies,
     twist: &[Twist],

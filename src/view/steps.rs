@@ -1,4 +1,4 @@
-//! What `steps.csv` and `measures.csv` tell of the run, thinned to as many rows as a plot has columns of pixels.
+//! The columns of `steps.csv` and `measures.csv` for the plots of a page. A plot has one row per column of pixels.
 
 use super::Pages;
 use crate::record::{Folder, StepRow, Table, TableColumn};

@@ -1,5 +1,5 @@
-//! Bodies that lock: a rod between two walls, whose contact points are on a line at less than the angle of friction from
-//! the walls' normals, cannot slip. If it grows, the law has no solution with bounded forces.
+//! Bodies that lock: a rod between two walls, whose contact points are on a line at less than the angle of friction
+//! from the walls' normals, cannot slip. If it grows, the law has no solution with bounded forces.
 
 use crate::scenes::{parse, start};
 use relcp::Simulation;

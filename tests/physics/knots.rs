@@ -2,8 +2,8 @@
 //! rings stay linked.
 //!
 //! The determinant of a knot, its Alexander polynomial at -1, is 3 for a trefoil and 1 for a ring without a knot (C.
-//! Livingston, *Knot Theory*, 1993, chapter 3). Two rings that are linked once have the linking number 1 or -1, half the
-//! signed crossings of a projection. `RELCP_KNOT_STEPS=N` takes more steps.
+//! Livingston, *Knot Theory*, 1993, chapter 3). Two rings that are linked once have the linking number 1 or -1, half
+//! the signed crossings of a projection. `RELCP_KNOT_STEPS=N` takes more steps.
 
 use crate::scenes::parse;
 use glam::{DMat3, DQuat, DVec2, DVec3};

@@ -204,7 +204,7 @@ impl<const D: usize> RowSet<D> {
 /// A friction force that is less than its limit by this part of it, which is made of rounding, is at its limit.
 const AT_THE_LIMIT: f64 = 1e-9;
 
-/// Bodies lock where a contact pushes with this many times the force that moves all bodies. Rods between walls push with
-/// up to 1e3 times it at the angles at which they still slip. Forces of bodies that lock grow tenfold in a step, so the
-/// number matters little.
+/// Bodies lock where a contact pushes with this many times the force that moves all bodies. Rods between walls push
+/// with up to 1e3 times it at the angles at which they still slip. Forces of bodies that lock grow tenfold in a step,
+/// so the number matters little.
 const MOST_LEVERAGE: f64 = 1e7;

@@ -197,8 +197,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     }
 
     /// How far contact may move the bodies of a pair against each other. With inertia the velocities of a piece of a
-    /// step outlast it: at these, the bodies may move in the whole step by the longer one's length. A bound of energy is
-    /// stricter where there is one.
+    /// step outlast it: at these, the bodies may move in the whole step by the longer one's length. A bound of energy
+    /// is stricter where there is one.
     fn may_move(&self, pair: [u32; 2], thickness: f64) -> f64 {
         let outlasts = self.setup.has_inertia && self.does_work();
         let length = |number: u32| match surface_of(number) {
@@ -217,7 +217,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         setup.growth.is_some() || setup.strain.is_some() || setup.walls.move_in_time()
     }
 
-    /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and without.
+    /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and
+    /// without.
     fn work(&self, i: usize, twist: &Twist) -> f64 {
         let (motion, driven) = (&self.motions.motion[i], self.driven(i));
         let mut scaled = self.trial.scaled[i];

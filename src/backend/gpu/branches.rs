@@ -75,8 +75,8 @@ kernels! {
             .include(fragment!("constraint/tighten_branches.wgsl")),
         tightened: Tightened = plain(setup, "tightened").include(fragment!("constraint/tightened.wgsl")),
         move_words: Move = moved(setup, "move words", "u32", 1),
-        /// Only if first rows are made at positions extrapolated with the last velocities, and if the separation of some
-        /// branches follows from their number.
+        /// Only if first rows are made at positions extrapolated with the last velocities, and if the separation of
+        /// some branches follows from their number.
         aim: Option<Aim> = (setup.leads_ahead() && Branched::of(&setup.shapes).has_ends()).then(|| branch_source::aim(setup)),
         /// Updates staged contacts to later lengths, in scenes with growth and midpoint steps.
         stretch: Option<StretchBranches> = (setup.midpoint && setup.growth.is_some())

@@ -4,8 +4,8 @@
 //!
 //! A step has the same stages as on the CPU. Each stage has its own file, buffers and kernels: `start`, `motions`,
 //! `first` (the state in which the first rows are made), `near`, `row_set`, `solve` and `trial`. `states` contains the
-//! poses and shapes that all stages read, `source` what the texts of kernels share. `narrow_phase` contains the candidate pairs and the separation
-//! values that the host reads. `Stages` contains the inputs of a stage.
+//! poses and shapes that all stages read, `source` what the texts of kernels share. `narrow_phase` contains the
+//! candidate pairs and the separation values that the host reads. `Stages` contains the inputs of a stage.
 //!
 //! Only the objects that the scene needs are created: kernels for the pairs that its shapes can form, buffers for the
 //! rows that exist.
