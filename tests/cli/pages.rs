@@ -142,6 +142,30 @@ fn anchors(page: &str) -> BTreeSet<String> {
 }
 
 /// Between back-ticks: paths of this repository that end in a file.
+/// The whole scenes of the pages are accepted, placed, and take a step.
+#[test]
+fn scenes_of_the_pages_can_be_run() {
+    let mut scenes = Vec::new();
+    for path in pages() {
+        let page = fs::read_to_string(&path).unwrap();
+        for block in page.split("```json\n").skip(1) {
+            let json = block.split("```").next().unwrap();
+            let Ok(scene) = serde_json::from_str::<serde_json::Value>(json) else { continue };
+            if let Some(dt) = scene["time"]["dt"].as_f64() {
+                scenes.push((path.clone(), json.to_owned(), dt));
+            }
+        }
+    }
+    assert!(scenes.len() > 5, "{}", scenes.len());
+    for (path, json, dt) in scenes {
+        println!("{}", path.display());
+        let place = Place::new();
+        fs::write(place.at("scene.json"), json).unwrap();
+        let end = format!("time.end={dt}");
+        place.relcp(&["run", "scene.json", "--set", &end, "--set", "output.picture=false", "--quiet"]).expect(0);
+    }
+}
+
 #[test]
 fn files_of_the_project_that_pages_name_are_there() {
     let (mut files, mut missing) = (0, Vec::new());

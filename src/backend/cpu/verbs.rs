@@ -138,7 +138,6 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
 
     fn accept(&mut self) -> Result<Phases, Fault> {
         let begun = Instant::now();
-        self.broken = 0;
         // What parts bodies in no time is no force, and no motion.
         let left = if self.start.parting { Vec::new() } else { self.warm_start() };
         let Cpu { setup, state, start, motions, rows, trial, team, broken, phases, .. } = self;
@@ -150,14 +149,17 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         if let Some(incidence) = &start.bonds {
             setup.bonds.find_broken(incidence, &mut end);
         }
+        let mut of_daughters = 0;
         if !start.parting {
-            let of_daughters = start.break_bonds(setup, rows, &mut end);
-            *broken = of_daughters + (end.broken_bonds.len() - state.bodies.broken_bonds.len()) as u32;
+            of_daughters = start.break_bonds(setup, rows, &mut end);
             end.bonds = if team.is_distributed() { Vec::new() } else { start.held_after(setup, rows, &end) };
         }
         let (bodies, own) = (end.len() as u32, |body: &u32| !start.is_foreign(*body as usize));
         let first = rows.problem.pair.iter().map(|[a, b]| if *b < bodies { *a.min(b) } else { *a });
         team.finish_step(setup, &mut end, first.filter(own));
+        // Of all processes, which `finish_step` brings together.
+        let of_scene = (end.broken_bonds.len() - state.bodies.broken_bonds.len()) as u32;
+        *broken = if start.parting { 0 } else { of_daughters + of_scene };
         start.bodies = std::mem::replace(&mut state.bodies, end);
         state.next_id = start.next_id;
         state.changed = false;
