@@ -16,11 +16,20 @@ use std::collections::HashMap;
 use std::time::Instant;
 
 /// Scenes that take less than ten seconds each in the profile of the tests.
-const QUICK: [&str; 8] =
-    ["two-ellipsoids", "three-capsules", "chainmail", "filament", "piston", "mother-machine", "ladder", "silo"];
+const QUICK: [&str; 9] = [
+    "two-ellipsoids",
+    "three-capsules",
+    "chainmail",
+    "filament",
+    "piston",
+    "mother-machine",
+    "ladder",
+    "silo",
+    "pressed-ring",
+];
 
 /// The others.
-const LONG: [&str; 9] = [
+const LONG: [&str; 10] = [
     "compaction",
     "colony",
     "active-nematic",
@@ -30,6 +39,7 @@ const LONG: [&str; 9] = [
     "pile",
     "drum",
     "rough-channel",
+    "chaining",
 ];
 
 /// A body goes less than this in a step, in lengths of the longest.

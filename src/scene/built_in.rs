@@ -54,6 +54,8 @@ impl BuiltIn {
         "ladder": "two rods lean on a wall: the steep one stands, the other slides down",
         "silo": "rough ellipsoids and balls leave a hopper through its outlet",
         "rough-channel": "rods with friction grow and divide in a channel that is open at both ends",
+        "chaining": "cells that stay bonded after division fold into a crowd of chains in a channel",
+        "pressed-ring": "a stiff ring of 32 rods is pressed flat by a moving wall",
     };
 
     /// The built-in scene of this name.

@@ -21,6 +21,7 @@ mod knots;
 mod motion;
 mod moving_walls;
 mod orientation;
+mod pressed_ring;
 mod propulsion;
 mod removal;
 mod scenes;
