@@ -3,6 +3,7 @@
 
 mod bending;
 mod bonds;
+mod chains_in_heat;
 mod contact_forces;
 mod daughters;
 #[path = "../common/device.rs"]
