@@ -11,11 +11,13 @@ use crate::scene::Scene;
 const LEAST_BODIES: f64 = 4096.0;
 
 /// A hint for `runs` concurrent runs on the CPU that a hardware GPU may be faster. None if there are few bodies, if
-/// devices do not support the scene, or if there is no hardware adapter. It lists adapters only for many bodies, and
-/// opens none.
+/// devices do not support the scene or leave its solves to the CPU, or if there is no hardware adapter. It lists
+/// adapters only for many bodies, and opens none.
 pub fn worth_a_device(scene: &Scene, runs: usize) -> Option<String> {
     let bodies = runs as f64 * scene.bodies_at_end();
-    if bodies < LEAST_BODIES || Compute::check(scene).is_err() {
+    // With friction the host solves.
+    let on_host = !scene.friction().is_none() || !scene.contact.restitution.is_none();
+    if bodies < LEAST_BODIES || on_host || Compute::check(scene).is_err() {
         return None;
     }
     let adapter = adapters(&Choice::default()).into_iter().find(|adapter| adapter.taken && adapter.is_hardware())?;
@@ -42,5 +44,6 @@ mod tests {
         let scene = |set: &str| Scene::load("colony", ["time.end=4", set]).unwrap();
         assert_eq!(worth_a_device(&scene("time.dt=0.01"), 64), None);
         assert_eq!(worth_a_device(&scene("solver.kind=dense"), 1_000_000), None);
+        assert_eq!(worth_a_device(&scene("contact.friction=0.3"), 1_000_000), None);
     }
 }

@@ -28,6 +28,7 @@ fn scenes() -> Vec<Scene> {
         short("chainmail", &["time.end=0.1"]),
         short("piston", &["time.end=0.05"]),
         short("three-capsules", &[]),
+        short("ladder", &["time.end=0.2"]),
     ]
 }
 

@@ -14,6 +14,7 @@ mod device;
 mod directions;
 mod ensemble;
 mod faults;
+mod friction;
 mod inertia;
 mod lattice;
 mod lcp;
@@ -26,6 +27,9 @@ mod profile;
 mod reference_pairs;
 mod render;
 mod resume;
+#[allow(dead_code)]
+#[path = "../friction/scenes.rs"]
+mod rough;
 mod rows;
 mod runs;
 mod separation;

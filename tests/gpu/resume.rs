@@ -1,6 +1,7 @@
 //! A run that goes on from a state on the device has the bits of one that was not stopped.
 
 use crate::device::{device, precisions};
+use crate::friction::bouncing_heap;
 use crate::long::precisions_of_long_runs;
 use crate::steps::patch;
 use glam::DVec3;
@@ -160,6 +161,17 @@ fn heaps_that_keep_their_momentum() {
         "forces": [{"gravity": {"acceleration": [0, 0, -9.8]}}], "walls": [{"half_space": {"normal": [0, 0, 1], "offset": -1.5}}],
         "generate": [{"isotropic": {"count": 12, "shape": {"ellipsoid": {"radii": [0.3, 0.4, 0.5]}}, "volume_fraction": 0.15}}]}"#;
     goes_on_long(&Scene::parse(scene, "heap").unwrap(), 120, &[17, 60, 101]);
+}
+
+#[test]
+fn a_heap_with_friction_and_restitution() {
+    goes_on(&bouncing_heap(), 60, &[9, 41]);
+}
+
+#[test]
+fn rough_cells_that_grow_and_divide() {
+    let sets = ["time.dt=0.02", "time.end=5", "contact.friction=0.4"];
+    goes_on_long(&load("colony", &sets), 140, &[30, 101]);
 }
 
 #[test]

@@ -8,8 +8,8 @@ use super::setup::Setup;
 use super::start::Start;
 use super::team::Team;
 use crate::bodies::Bodies;
-use crate::constraint::Mover;
 use crate::constraint::friction::{ElasticSlip, Sliding};
+use crate::constraint::{Mover, Row};
 use crate::dynamics::{self, Twist};
 use crate::lcp::Cone;
 use crate::step::FrictionReport;
@@ -60,8 +60,19 @@ impl Making<'_> {
     /// friction force that it ended the last step with.
     pub(super) fn contact<const D: usize>(&self, near: &Near, reached: &[Twist], held: DVec3) -> Contact<D> {
         let Making { start, motions, .. } = *self;
-        let movers = near.pair.map(|number| motions.mover(start, number, reached));
-        Contact { normal: motions.row(start, near, reached), sliding: self.sliding(near, movers, held) }
+        self.contact_of(motions.row(start, near, reached), near, reached, held)
+    }
+
+    /// The same with this normal row.
+    pub(super) fn contact_of<const D: usize>(
+        &self,
+        normal: Row<D>,
+        near: &Near,
+        reached: &[Twist],
+        held: DVec3,
+    ) -> Contact<D> {
+        let movers = near.pair.map(|number| self.motions.mover(self.start, number, reached));
+        Contact { normal, sliding: self.sliding(near, movers, held) }
     }
 
     fn sliding<const D: usize>(&self, near: &Near, movers: [Mover<'_>; 2], held: DVec3) -> Option<Sliding<D>> {

@@ -14,6 +14,8 @@ mod bonds;
 pub(crate) mod domain;
 pub(super) mod first;
 mod friction;
+#[cfg(feature = "gpu")]
+pub(super) mod hosted;
 mod keeper;
 mod motions;
 mod narrow_phase;

@@ -335,6 +335,13 @@ impl<const D: usize> RowSet<D> {
         constraint::tighten(&mut self.problem, row, (near.found.separation, there), scaled)
     }
 
+    /// Sets the offset of a row.
+    #[cfg(feature = "gpu")]
+    pub(super) fn set_offset(&mut self, row: usize, offset: f64) {
+        self.changed |= self.problem.q[row] != offset;
+        self.problem.q[row] = offset;
+    }
+
     /// The rows of each branch that pushes, those whose multipliers together move it by more than `least`; the first of
     /// them and the sum of their multipliers, sorted by pair and feature.
     pub(super) fn pushing(&self, least: f64) -> Vec<Push> {

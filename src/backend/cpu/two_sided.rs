@@ -219,7 +219,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
 
     /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and
     /// without.
-    fn work(&self, i: usize, twist: &Twist) -> f64 {
+    pub(super) fn work(&self, i: usize, twist: &Twist) -> f64 {
         let (motion, driven) = (&self.motions.motion[i], self.driven(i));
         let mut scaled = self.trial.scaled[i];
         if let Some(bonded) = self.trial.bonded.get(i) {

@@ -31,7 +31,7 @@ impl Device {
 
     /// Continues from a state of this scene.
     pub(super) fn load(&mut self, state: State) -> Result<(), GpuError> {
-        let Device { gpu, setup, model, states, start, motions, narrow, accepted, .. } = self;
+        let Device { gpu, setup, model, states, start, motions, narrow, accepted, hosted, .. } = self;
         let mut record = gpu.record();
         states.reserve(gpu, &mut record, state.bodies.len() as u64)?;
         record.submit()?;
@@ -43,6 +43,9 @@ impl Device {
         start.load(gpu, setup, model, &state, &unrounded)?;
         // From here on, the host knows only what the device stores.
         *accepted = Accepted::of(&state);
+        if let Some(hosted) = hosted {
+            hosted.load(&state.warm);
+        }
         narrow.candidates.forget(state.warm);
         Ok(())
     }

@@ -175,6 +175,12 @@ impl Ancestry {
         }
     }
 
+    /// By how much each body grows in a part of the present step; empty in scenes without growth.
+    pub fn lengthened(&self) -> Vec<f64> {
+        let longer = |own: &Growing| own.length * (own.rate * self.interval).exp_m1();
+        self.growing.iter().map(|own| if own.length.is_nan() { 0.0 } else { longer(own) }).collect()
+    }
+
     /// The prescribed lengths of the last accepted state; zero for bodies that do not grow.
     pub fn accepted_lengths(&self) -> Vec<f64> {
         let mut growing = self.growing[..self.accepted.0.min(self.growing.len())].to_vec();

@@ -132,6 +132,11 @@ impl Branches {
         Ok(())
     }
 
+    /// The contacts of the rows made last.
+    pub fn staged(&self) -> &Buffer {
+        &self.staged
+    }
+
     /// The branch of each row, for tests.
     pub fn read(&self, gpu: &Gpu, rows: u64) -> Result<Vec<u32>, GpuError> {
         let read = gpu.record().read(&[(&self.features, 0..4 * rows)])?;

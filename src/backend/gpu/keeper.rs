@@ -82,6 +82,9 @@ impl Device {
         // The list of a step with divisions contains pairs of bodies that did not exist in the accepted state.
         let born = |body: u32| u64::from(body) < *count;
         let mut warm = self.remembered()?;
+        if let Some(hosted) = &self.hosted {
+            hosted.complete(&mut warm);
+        }
         warm.retain(|w| born(w.pair[0]) && (born(w.pair[1]) || surface_of(w.pair[1]).is_some()));
         let States { accepted, accepted_shapes, .. } = &self.states;
         let (mut bodies, mut unrounded) = self.download_first(accepted, accepted_shapes, (lineage, group))?;

@@ -22,6 +22,7 @@ mod first;
 mod growing;
 mod heat;
 mod held;
+mod hosted;
 mod keeper;
 mod lists;
 mod motions;
@@ -48,10 +49,11 @@ mod warm;
 use crate::constraint::RowSource;
 use crate::dynamics::Force;
 use crate::gpu::{Gpu, GpuError, Made, Precision};
-use crate::step::{Model, Phases, State};
+use crate::step::{Model, Phases, Rows, State};
 pub use contacts::{contacts, wall_contacts};
 use effect::{EffectKernels, Effects};
 use first::First;
+use hosted::HostedRows;
 use keeper::Accepted;
 use motions::Motions;
 use narrow_phase::NarrowPhase;
@@ -78,6 +80,8 @@ pub struct Device {
     narrow: NarrowPhase,
     rows: RowSet,
     solve: Solve,
+    /// The host's part of steps with friction or restitution.
+    hosted: Option<HostedRows>,
     trial: Trial,
     effect: EffectKernels,
     passing: PassingKernels,
@@ -90,11 +94,9 @@ impl Device {
     /// # Errors
     /// [`GpuError::Unsupported`] for features that only the CPU has.
     pub fn check(model: &Model) -> Result<(), GpuError> {
-        if !model.friction.is_none() {
-            return Err(GpuError::Unsupported { what: "friction".into() });
-        }
-        if !model.contact.restitution.is_none() {
-            return Err(GpuError::Unsupported { what: "restitution".into() });
+        let is_rough = !model.friction.is_none() || !model.contact.restitution.is_none();
+        if is_rough && model.contact.rows_of_method() == Rows::Paper {
+            return Err(GpuError::Unsupported { what: "friction and restitution with the paper's rows".into() });
         }
         if model.cells.as_ref().is_some_and(|cells| cells.bond_daughters()) {
             return Err(GpuError::Unsupported { what: "bonds of daughters".into() });
@@ -130,6 +132,7 @@ impl Device {
         state.bodies.planar = model.planar;
         let unrounded = unrounded::unrounded(&setup, &state)?;
         let bodies = state.bodies.len() as u64;
+        let hosted = HostedRows::new(&setup, model, &state)?;
         let states = States::new(&gpu, &setup, bodies)?;
         states.write(&gpu, &setup, &state.bodies.shape, &unrounded);
         Ok(Device {
@@ -139,7 +142,8 @@ impl Device {
             first: First::new(&gpu, &setup)?,
             narrow: NarrowPhase::new(&gpu, &setup, state.warm.clone())?,
             rows: RowSet::new(&gpu, &setup)?,
-            solve: Solve::new(&gpu, &setup, model, bodies)?,
+            solve: Solve::new(&gpu, &setup, model, (bodies, hosted.is_some()))?,
+            hosted,
             trial: Trial::new(&gpu, &setup, model.contact.overlap_tolerance)?,
             effect: EffectKernels::make(&gpu, &setup)?,
             passing: PassingKernels::make(&gpu, &setup)?,
@@ -164,7 +168,7 @@ impl Device {
     /// The effect of contact up to the trial.
     fn effects(&self) -> Effects<'_> {
         let Device { motions, first, narrow, rows, solve, effect: kernels, .. } = self;
-        let (tolerance, overlap) = (solve.tolerance(), first.overlap);
+        let (tolerance, overlap) = (solve.tolerance, first.overlap);
         Effects { kernels, stages: self.stages(), motions, narrow, rows, tolerance, overlap }
     }
 }

@@ -9,10 +9,10 @@ use super::source::{damping, motion, turned, with_bodies};
 use super::start::{Stages, Start};
 use super::states::{Poses, Shapes};
 use crate::bodies::Bodies;
-use crate::dynamics::{ForceField, Load, Twist};
+use crate::dynamics::{Ending, Factor, ForceField, Load, Motion, Twist};
 use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, arrays, fragment, functions, kernels};
 use crate::step::Fault;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 functions! {
     pub(super) FreeMotion = struct FreeMotionArgs<'a> {
@@ -45,6 +45,14 @@ kernels! {
 /// is the sum of a radius, half the cutoff and two products, each rounded. An image other than the nearest may then be
 /// near by as much, but it cannot overlap: scenes with bodies of that length are rejected when they are read.
 const ROUNDINGS: f64 = 8.0;
+
+/// The root of the rotational mobility in a motion, as `rotation_root` of `shaders/dynamics/factor.wgsl` applies it.
+fn rotation_root(motion: &[f64]) -> DMat3 {
+    match motion.get(16..24) {
+        Some(&[xx, xy, xz, yy, yz, zz, ..]) => DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]),
+        _ => DMat3::from_diagonal(DVec3::splat(motion[7])),
+    }
+}
 
 /// Loads, free velocities and mobilities, by body.
 pub(super) struct Motions {
@@ -178,6 +186,20 @@ impl Motions {
             Some((body, span)) => Err(Fault::PeriodTooShort { step: start.step, body, span, period }),
             None => Ok(()),
         }
+    }
+
+    /// Free velocities and mobilities.
+    pub fn read(&self, Stages { gpu, setup, start, .. }: Stages<'_>) -> Result<Vec<Motion>, GpuError> {
+        let bytes = start.bodies * self.motions.element() as u64;
+        let read = gpu.record().read(&[(&self.motions, 0..bytes)])?;
+        let numbers = setup.precision.decode(&read[0]);
+        let width = 4 * setup.motion_width() as usize;
+        let motion = |of: &[f64]| Motion {
+            free: Twist { linear: DVec3::from_slice(of), angular: DVec3::from_slice(&of[4..]) },
+            factor: Factor { translation: of[3], rotation: rotation_root(of) },
+            ending: Ending::default(),
+        };
+        Ok(numbers.chunks_exact(width).map(motion).collect())
     }
 
     /// The velocities from the start to the trial.

@@ -1,8 +1,9 @@
 //! Read-backs of the rows, for stored LCPs, diagnosis and tests.
 
 use super::Device;
+use super::hosted::HostedRows;
 use crate::constraint::FEATURE_OF_SURFACES;
-use crate::freedom::PLANAR;
+use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, GpuError};
 use crate::lcp::Problem;
 use crate::separation::branches::branch_in_place;
@@ -37,6 +38,12 @@ impl Device {
         // Surfaces come after all bodies.
         let bodies = self.start.bodies as usize + self.setup.walls.len();
         Ok((Problem { bodies, pair, jacobian, q, ..Problem::default() }, gamma))
+    }
+
+    /// The present problem with the rows of friction, which the host has, and its multipliers; `None` without friction
+    /// and restitution. In the plane the blocks of `J` have three numbers.
+    pub fn lcp_on_host(&self) -> Option<(Problem<SPATIAL>, Vec<f64>)> {
+        self.hosted.as_ref().map(HostedRows::lcp)
     }
 
     /// The contact of its pair to which each row belongs, read back for tests; zero for places at surfaces and for rows

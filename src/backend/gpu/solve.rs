@@ -10,14 +10,18 @@ use crate::step::Model;
 
 /// A solver on the device.
 pub(super) struct Solve {
-    solver: Solver,
+    /// None where the host solves.
+    solver: Option<Solver>,
+    /// The tolerance of the last solve, a length.
+    pub tolerance: f64,
 }
 
 impl Solve {
-    /// The solver of a scene with this many bodies.
-    pub fn new(gpu: &Gpu, setup: &Setup, model: &Model, bodies: u64) -> Result<Self, GpuError> {
-        let solver = Solver::new(gpu, setup.precision, setup.planar, model.solver, model.lcp)?;
-        let mut solve = Solve { solver };
+    /// The solver of a scene with this many bodies; none if the host solves.
+    pub fn new(gpu: &Gpu, setup: &Setup, model: &Model, (bodies, on_host): (u64, bool)) -> Result<Self, GpuError> {
+        let solver = || Solver::new(gpu, setup.precision, setup.planar, model.solver, model.lcp);
+        let solver = if on_host { None } else { Some(solver()?) };
+        let mut solve = Solve { solver, tolerance: model.lcp.tolerance };
         solve.compile(gpu, bodies)?;
         Ok(solve)
     }
@@ -25,12 +29,7 @@ impl Solve {
     /// Compiles the kernels for this many bodies, unless this was done before. All other kernels are compiled with the
     /// backend.
     pub fn compile(&mut self, gpu: &Gpu, bodies: u64) -> Result<(), GpuError> {
-        self.solver.compile(gpu, bodies)
-    }
-
-    /// The tolerance of the last solve, a length.
-    pub fn tolerance(&self) -> f64 {
-        self.solver.settings().tolerance
+        self.solver.as_mut().map_or(Ok(()), |solver| solver.compile(gpu, bodies))
     }
 
     /// Solves from the present multipliers.
@@ -41,12 +40,16 @@ impl Solve {
         rows: &mut RowSet,
         tolerance: f64,
     ) -> Result<Outcome, GpuError> {
-        self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
+        self.tolerance = tolerance;
+        let Some(solver) = &mut self.solver else {
+            return Err(GpuError::Refused { message: "the host solves in this scene".into() });
+        };
+        solver.set_settings(Settings { tolerance, ..solver.settings() });
         let problem = &mut rows.problem;
-        let Some(surfaces) = &mut candidates.surfaces else { return self.solver.solve(gpu, problem) };
+        let Some(surfaces) = &mut candidates.surfaces else { return solver.solve(gpu, problem) };
         surfaces.join_places(gpu, &candidates.lists, &problem.block_start)?;
         surfaces.exchange_starts(&mut problem.block_start);
-        let outcome = self.solver.solve(gpu, problem);
+        let outcome = solver.solve(gpu, problem);
         surfaces.exchange_starts(&mut problem.block_start);
         outcome
     }

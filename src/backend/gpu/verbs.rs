@@ -1,14 +1,16 @@
 //! The implementation of the verbs.
 
 use super::Device;
+use super::hosted::HostedRows;
 use super::narrow_phase::Report;
 use super::part::Part;
 use super::row_set::RowSet;
 use super::start::Stages;
+use crate::backend::cpu::hosted::DeviceStart;
 use crate::dynamics::Cells;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::GpuError;
-use crate::lcp::{Outcome, Stored};
+use crate::lcp::{Outcome, Status, Stored};
 use crate::separation::separate_in;
 use crate::step::{Effect, Fault, Overlap, Passed, Phases, Take, TwoSided, Verbs, may_pass, passed};
 use std::sync::OnceLock;
@@ -59,6 +61,23 @@ impl Device {
         first.record(stages, &mut record, motions);
         motions.record_boxes(stages, &mut record, first.poses(stages));
         Ok(record.submit()?)
+    }
+
+    /// Tells the host how the step begins, where it has a part in it.
+    fn begin_on_host(&mut self) -> Result<(), GpuError> {
+        if self.hosted.is_none() {
+            return Ok(());
+        }
+        let (stages, start) = (self.stages(), &self.start);
+        let mut bodies = self.download(stages.states.start(), stages.states.end_shapes())?;
+        // Images are those at the start of the step.
+        bodies.periods = self.setup.strain.map_or(bodies.periods, |strain| strain.periods(start.time));
+        let (steps, lengthened) = (self.accepted.step, start.ancestry.lengthened());
+        let begun = DeviceStart { steps, bodies, lengthened, motion: self.motions.read(stages)? };
+        if let Some(hosted) = &mut self.hosted {
+            hosted.begin(begun);
+        }
+        Ok(())
     }
 
     /// Writes user-defined forces.
@@ -116,6 +135,7 @@ impl Verbs for Device {
         }
         let begun = Instant::now();
         self.set_motions()?;
+        self.begin_on_host()?;
         self.phases.integrate += begun.elapsed();
         Ok(())
     }
@@ -144,15 +164,29 @@ impl Verbs for Device {
             rows.begin(record, made)?;
             rows.incidence(record, made)
         })?;
+        let Device { gpu, setup, first, narrow, rows, start, hosted, .. } = &mut *self;
+        if let Some(hosted) = hosted {
+            let found = (first.is_ahead(start.part), first.overlap);
+            hosted.take_first((gpu, setup), &narrow.candidates.lists, rows, found)?;
+        }
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
     }
 
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
         let begun = Instant::now();
-        let Device { gpu, narrow, rows, solve, .. } = &mut *self;
-        let outcome = solve.solve(gpu, &mut narrow.candidates, rows, tolerance)?;
+        let Device { gpu, narrow, rows, solve, hosted, .. } = &mut *self;
+        let outcome = match hosted {
+            Some(hosted) => {
+                solve.tolerance = tolerance;
+                hosted.solve(tolerance)
+            }
+            None => solve.solve(gpu, &mut narrow.candidates, rows, tolerance)?,
+        };
         self.phases.solve += begun.elapsed();
+        if outcome.status == Status::TooLarge {
+            return Err(Fault::TooLarge { step: self.start.step, rows: self.constraints() });
+        }
         Ok(outcome)
     }
 
@@ -160,6 +194,9 @@ impl Verbs for Device {
         self.trial.violating = violating - self.setup.rounding;
         let begun = Instant::now();
         let gpu = self.gpu.clone();
+        if let Some(hosted) = &mut self.hosted {
+            hosted.write_trial(&gpu, &self.setup, &self.rows, self.start.bodies);
+        }
         let mut record = gpu.record();
         record.stage("integrate");
         let (stages, Device { motions, first, rows, trial, .. }) = (self.stages(), &*self);
@@ -180,6 +217,10 @@ impl Verbs for Device {
             rows.extend(record, made)?;
             rows.incidence(record, made)
         })?;
+        let Device { gpu, setup, narrow, rows, hosted, .. } = &mut *self;
+        if let Some(hosted) = hosted {
+            hosted.take_appended((gpu, setup), &narrow.candidates.lists, rows)?;
+        }
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
     }
@@ -187,18 +228,24 @@ impl Verbs for Device {
     fn tighten_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         self.change_rows(true, RowSet::tighten)?;
+        if let Some(hosted) = self.hosted.as_mut().filter(|_| self.rows.next <= self.rows.problem.rows) {
+            hosted.take_offsets(&self.gpu, &self.setup, &self.rows)?;
+        }
         self.phases.narrow_phase += begun.elapsed();
         if self.rows.next > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
     }
 
-    fn effect(&mut self, _gap: f64) -> Result<Effect, Fault> {
+    fn effect(&mut self, gap: f64) -> Result<Effect, Fault> {
+        if let Some(hosted) = &self.hosted {
+            return Ok(hosted.effect(gap));
+        }
         // All steps use the same gap in kernels.
         Ok(self.effects().of_trial(&self.trial.found)?)
     }
 
-    /// Only the CPU can relax rows, so it repeats the step.
-    fn relax(&mut self, _allowed: f64) -> Result<Option<Outcome>, Fault> {
-        Ok(None)
+    /// Only the host can relax rows. Where the device solves, the CPU repeats the step.
+    fn relax(&mut self, allowed: f64) -> Result<Option<Outcome>, Fault> {
+        Ok(self.hosted.as_mut().and_then(|hosted| hosted.relax(allowed)))
     }
 
     fn two_sided(&mut self) -> Option<&mut dyn TwoSided> {
@@ -229,6 +276,9 @@ impl Verbs for Device {
         }
         rows.remember(&mut record, &narrow.candidates.lists);
         record.submit()?;
+        if let Some(hosted) = &mut self.hosted {
+            hosted.accept();
+        }
         let Device { setup, accepted, states, start, .. } = &mut *self;
         states.accept();
         accepted.bodies = start.bodies;
@@ -262,6 +312,6 @@ impl Verbs for Device {
     }
 
     fn constraints(&self) -> usize {
-        self.rows.problem.rows as usize
+        self.hosted.as_ref().map_or(self.rows.problem.rows as usize, HostedRows::rows)
     }
 }

@@ -1,0 +1,224 @@
+//! The rows of scenes with friction or restitution. The device finds contacts, makes their normal rows and computes
+//! trials; the host reads the normal rows, adds tangents, solves in f64 ([`crate::backend::cpu::hosted`]), and writes
+//! the multipliers of normal rows and the velocities.
+
+use super::Setup;
+use super::lists::Lists;
+use super::row_set::RowSet;
+use crate::backend::cpu::hosted::{DeviceRow, DeviceStart, Hosted, hosted};
+use crate::freedom::SPATIAL;
+use crate::gpu::{Gpu, GpuError};
+use crate::lcp::{Outcome, Problem};
+use crate::separation::Separation;
+use crate::separation::branches::branch_in_place;
+use crate::step::{Effect, Model, State};
+use crate::walls::{AtSurface, number_of};
+use crate::warm::Warm;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// The host's part of the steps, and the contact of each row of the device.
+pub(super) struct HostedRows {
+    own: Box<dyn Hosted>,
+    of_row: Vec<RowOf>,
+}
+
+/// What a row of the device belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct RowOf {
+    /// The device's pair.
+    pair: [u32; 2],
+    /// The number of the contact on the host.
+    contact: usize,
+}
+
+/// A row as it was read, with its pair; only its pair if it was made before.
+type ReadRow = ([u32; 2], Option<DeviceRow>);
+
+impl HostedRows {
+    /// The host's part of a scene's steps; `None` if the device solves on its own.
+    pub fn new(setup: &Setup, model: &Model, state: &State) -> Result<Option<Self>, GpuError> {
+        let own = hosted(model, state, setup.precision);
+        let own = own.map_err(|fault| GpuError::Refused { message: fault.to_string() })?;
+        Ok(own.map(|own| HostedRows { own, of_row: Vec::new() }))
+    }
+
+    /// Begins a step.
+    pub fn begin(&mut self, start: DeviceStart) {
+        self.own.begin(start);
+    }
+
+    /// Takes over the first rows, made at the start or `ahead`, where `overlap` is the deepest overlap.
+    pub fn take_first(
+        &mut self,
+        (gpu, setup): (&Gpu, &Setup),
+        lists: &Lists,
+        rows: &RowSet,
+        (ahead, overlap): (bool, f64),
+    ) -> Result<(), GpuError> {
+        let (pairs, made): (Vec<_>, Vec<_>) = read_rows(gpu, setup, lists, rows)?.into_iter().unzip();
+        self.of_row = pairs.into_iter().enumerate().map(|(contact, pair)| RowOf { pair, contact }).collect();
+        let made: Vec<DeviceRow> = made.into_iter().flatten().collect();
+        if self.own.make_first(&made, ahead, overlap) {
+            let offsets = self.of_row.iter().map(|of| self.own.offset(of.contact));
+            let bytes = setup.precision.encode(offsets);
+            rows.problem.q.write(gpu, 0, &bytes);
+            self.set_offsets(&setup.precision.decode(&bytes));
+        }
+        Ok(())
+    }
+
+    /// Takes over rows that were appended, and offsets that moved.
+    pub fn take_appended(
+        &mut self,
+        (gpu, setup): (&Gpu, &Setup),
+        lists: &Lists,
+        rows: &RowSet,
+    ) -> Result<(), GpuError> {
+        let mut old: HashMap<[u32; 2], std::collections::VecDeque<usize>> = HashMap::new();
+        for RowOf { pair, contact } in &self.of_row {
+            old.entry(*pair).or_default().push_back(*contact);
+        }
+        let (mut of_row, mut appended) = (Vec::new(), Vec::new());
+        for (pair, made) in read_rows(gpu, setup, lists, rows)? {
+            let contact = match made {
+                Some(made) => {
+                    appended.push(made);
+                    self.own.contacts() + appended.len() - 1
+                }
+                None => old.get_mut(&pair).and_then(|old| old.pop_front()).ok_or_else(|| GpuError::Refused {
+                    message: format!("a row of the pair {pair:?} is not known on the host"),
+                })?,
+            };
+            of_row.push(RowOf { pair, contact });
+        }
+        self.own.append(&appended);
+        self.of_row = of_row;
+        self.take_offsets(gpu, setup, rows)
+    }
+
+    /// Takes over the offsets of all rows.
+    pub fn take_offsets(&mut self, gpu: &Gpu, setup: &Setup, rows: &RowSet) -> Result<(), GpuError> {
+        let q = &rows.problem.q;
+        let read = gpu.record().read(&[(q, 0..rows.problem.rows * q.element() as u64)])?;
+        self.set_offsets(&setup.precision.decode(&read[0]));
+        Ok(())
+    }
+
+    fn set_offsets(&mut self, offsets: &[f64]) {
+        for (of, offset) in self.of_row.iter().zip(offsets) {
+            self.own.set_offset(of.contact, *offset);
+        }
+    }
+
+    /// Solves from the present multipliers.
+    pub fn solve(&mut self, tolerance: f64) -> Outcome {
+        self.own.solve(tolerance)
+    }
+
+    /// Solves in the sense of the least overlap.
+    pub fn relax(&mut self, allowed: f64) -> Option<Outcome> {
+        self.own.relax(allowed)
+    }
+
+    /// Writes the multipliers of the normal rows, and the velocities of `bodies` that all multipliers give.
+    pub fn write_trial(&mut self, gpu: &Gpu, setup: &Setup, rows: &RowSet, bodies: u64) {
+        self.own.set_trial();
+        let gamma = self.of_row.iter().map(|of| self.own.multiplier(of.contact));
+        rows.problem.gamma.write(gpu, 0, &setup.precision.encode(gamma));
+        let vectors = if setup.planar { 1 } else { 2 };
+        let of_body = |body: u64| {
+            let [x, y, z, u, v, w] = self.own.velocity(body as usize);
+            [x, y, z, 0.0, u, v, w, 0.0].into_iter().take(4 * vectors)
+        };
+        rows.problem.velocity.write(gpu, 0, &setup.precision.encode((0..bodies).flat_map(of_body)));
+    }
+
+    /// The effect of contact up to the trial.
+    pub fn effect(&self, gap: f64) -> Effect {
+        self.own.effect(gap)
+    }
+
+    /// Ends a step with the trial.
+    pub fn accept(&mut self) {
+        self.own.accept();
+    }
+
+    /// The host's present problem and its multipliers.
+    pub fn lcp(&self) -> (Problem<SPATIAL>, Vec<f64>) {
+        self.own.lcp()
+    }
+
+    /// The number of rows, those of tangents too.
+    pub fn rows(&self) -> usize {
+        self.own.rows()
+    }
+
+    /// Continues from what contacts of another state ended with.
+    pub fn load(&mut self, warm: &[Warm]) {
+        self.own.set_warm(warm);
+        self.of_row.clear();
+    }
+
+    /// Replaces what the device knows of contacts by what the host does: it has more digits, and friction forces.
+    /// Normals are the device's.
+    pub fn complete(&self, warm: &mut Vec<Warm>) {
+        let own = self.own.warm();
+        let mut used = vec![false; own.len()];
+        for warm in warm.iter_mut() {
+            let found = own.binary_search_by_key(&(warm.pair, warm.feature), |own| (own.pair, own.feature)).ok();
+            (warm.gamma, warm.tangent) = found.map_or((0.0, DVec3::ZERO), |at| {
+                used[at] = true;
+                (own[at].gamma, own[at].tangent)
+            });
+        }
+        let left = own.iter().zip(used).filter(|(_, used)| !used).map(|(own, _)| *own);
+        warm.extend(left);
+        warm.sort_by_key(|warm| (warm.pair, warm.feature));
+    }
+}
+
+/// Reads all rows, in their order. Those that were made since the last call of [`RowSet::begin`] or
+/// [`RowSet::extend`] have a staged contact.
+fn read_rows(gpu: &Gpu, setup: &Setup, lists: &Lists, rows: &RowSet) -> Result<Vec<ReadRow>, GpuError> {
+    let (problem, pairs) = (&rows.problem, lists.pairs_count);
+    let Some(branches) = &rows.branches else { return Ok(Vec::new()) };
+    let staged = branches.staged();
+    let of_rows = |element: usize| 0..problem.rows * element as u64;
+    let read = gpu.record().read(&[
+        (&lists.pairs, 0..8 * pairs),
+        (&problem.block_start, 0..4 * (pairs + 1)),
+        (staged, of_rows(staged.element())),
+        (&problem.jacobian, of_rows(problem.jacobian.element())),
+        (&problem.q, of_rows(problem.q.element())),
+    ])?;
+    let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
+    let starts: Vec<u32> = bytemuck::pod_collect_to_vec(&read[1]);
+    let [staged, jacobian, q] = [2, 3, 4].map(|i| setup.precision.decode(&read[i]));
+    let width = if setup.planar { 4 } else { 8 };
+    let row = |pair: [u32; 2], row: usize| {
+        let made = staged[12 * row + 11] as u32;
+        let block = |side: usize| {
+            let at = (2 * row + side) * width;
+            std::array::from_fn(|k| if k / 3 * 4 < width { jacobian[at + k / 3 * 4 + k % 3] } else { 0.0 })
+        };
+        (made > 0).then(|| device_row(pair, made - 1, &staged[12 * row..12 * row + 12], [block(0), block(1)], q[row]))
+    };
+    let of_pair = |(pair, range): (&[u32; 2], &[u32])| {
+        let pair = *pair;
+        (range[0] as usize..range[1] as usize).map(move |at| (pair, at))
+    };
+    let all = pairs.iter().zip(starts.windows(2)).flat_map(of_pair);
+    Ok(all.map(|(pair, at)| (pair, row(pair, at))).collect())
+}
+
+/// A row of a pair's branch in this place, from its staged contact (`shaders/constraint/stage.wgsl`).
+fn device_row([a, b]: [u32; 2], place: u32, staged: &[f64], blocks: [[f64; SPATIAL]; 2], offset: f64) -> DeviceRow {
+    let vector = |at: usize| DVec3::new(staged[at], staged[at + 1], staged[at + 2]);
+    let found = Separation { separation: staged[3], normal: vector(0), lever_a: vector(4), lever_b: vector(8) };
+    let (second, feature) = match AtSurface::of_number(b) {
+        Some(at) => (number_of(at.surface), at.place),
+        None => (b, branch_in_place(place)),
+    };
+    DeviceRow { pair: [a, second], feature, found, blocks, offset }
+}
