@@ -178,7 +178,7 @@ pub enum Force {
         window: Option<Window>,
     },
     /// A spring from a point of one body to a place: `F = stiffness (target - point) - damping v`. In periodic space it
-    /// pulls to the nearest image of the target. Without effect while no body has the id. Only on the CPU.
+    /// pulls to the nearest image of the target. Without effect while no body has the id.
     Pull {
         /// The body's id, as states have it.
         body: u64,

@@ -4,6 +4,8 @@
 use super::Together;
 use crate::backend::cpu::Cpu;
 #[cfg(feature = "gpu")]
+use crate::backend::cpu::hosted::is_hosted;
+#[cfg(feature = "gpu")]
 use crate::backend::gpu::{self as on_device, Device};
 use crate::bodies::Bodies;
 use crate::freedom::{PLANAR, SPATIAL};
@@ -81,6 +83,18 @@ impl Compute {
     #[cfg(not(feature = "gpu"))]
     pub fn check(_scene: &Scene) -> Result<(), GpuError> {
         Err(GpuError::NotBuilt)
+    }
+
+    /// Whether a device leaves the solves of a scene to the CPU.
+    #[cfg(feature = "gpu")]
+    pub(super) fn host_solves(scene: &Scene) -> bool {
+        is_hosted(&scene.model())
+    }
+
+    /// The same; without the feature there are no devices.
+    #[cfg(not(feature = "gpu"))]
+    pub(super) fn host_solves(_scene: &Scene) -> bool {
+        true
     }
 
     /// Opens the first device that matches the choice, to compute a scene in a precision. A scene that devices do not

@@ -15,9 +15,7 @@ const LEAST_BODIES: f64 = 4096.0;
 /// adapters only for many bodies, and opens none.
 pub fn worth_a_device(scene: &Scene, runs: usize) -> Option<String> {
     let bodies = runs as f64 * scene.bodies_at_end();
-    // With friction the host solves.
-    let on_host = !scene.friction().is_none() || !scene.contact.restitution.is_none();
-    if bodies < LEAST_BODIES || on_host || Compute::check(scene).is_err() {
+    if bodies < LEAST_BODIES || Compute::check(scene).is_err() || Compute::host_solves(scene) {
         return None;
     }
     let adapter = adapters(&Choice::default()).into_iter().find(|adapter| adapter.taken && adapter.is_hardware())?;

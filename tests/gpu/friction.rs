@@ -353,6 +353,6 @@ fn one_row_a_pair_is_refused_with_a_reason() {
     let mut scene = parse(&heap(1));
     assert_eq!(Device::check(&scene.model()), Ok(()));
     scene.contact.rows = Rows::Paper;
-    let what = "friction and restitution with the paper's rows".into();
+    let what = "friction, restitution and implicit bonds with the paper's rows".into();
     assert_eq!(Device::check(&scene.model()), Err(GpuError::Unsupported { what }));
 }

@@ -17,11 +17,11 @@ fn mass() -> f64 {
     DENSITY * PI / 6.0
 }
 
-fn overdamped() -> Value {
+pub fn overdamped() -> Value {
     json!({"overdamped": {"drag": DRAG}})
 }
 
-fn inertial() -> Value {
+pub fn inertial() -> Value {
     json!({"inertial": {"density": DENSITY}})
 }
 
@@ -123,7 +123,7 @@ fn energy(bodies: &Bodies) -> f64 {
 }
 
 /// A ball on a rigid bond of length 2, from this angle.
-fn pendulum(angle: f64, (dt, end): (f64, f64)) -> Value {
+pub fn pendulum(angle: f64, (dt, end): (f64, f64)) -> Value {
     let hung = ball(2.0 * angle.sin(), 0.0, -2.0 * angle.cos());
     let bonds = [bond([0, 1], &json!("rigid"), 2.0)];
     pulled_down(scene(&inertial(), (dt, end), &[fixed(ball(0.0, 0.0, 0.0)), hung], &bonds))
@@ -202,7 +202,7 @@ fn a_rod_on_a_ball_joint_swings_as_a_physical_pendulum() {
 }
 
 /// Balls of weight 1 under each other, each bond as strong as `strength` times the weight that it bears.
-fn hanging(stiffness: &Value, strength: f64) -> Value {
+pub fn hanging(stiffness: &Value, strength: f64) -> Value {
     const BALLS: usize = 5;
     let mut bodies = vec![fixed(ball(0.0, 0.0, 0.0))];
     bodies.extend((1..=BALLS).map(|i| ball(0.0, 0.0, -1.5 * i as f64)));
@@ -346,7 +346,7 @@ fn a_rigid_bond_without_room_for_its_bodies_ends_the_run_and_throws_nothing() {
 }
 
 /// A chain with joints, a tether and a crowd, some of which breaks.
-fn busy(law: &Value, planar: bool) -> Value {
+pub fn busy(law: &Value, planar: bool) -> Value {
     let rod = |x: f64, y: f64| json!({"shape": {"spherocylinder": {"diameter": 0.3, "length": 1.2}}, "position": [x, y, 0], "axis": [1, 0.2 * x, 0]});
     let mut bodies: Vec<_> = (0..5).map(|i| rod(1.3 * f64::from(i) - 2.5, 0.1 * f64::from(i))).collect();
     bodies.push(fixed(json!({"shape": {"sphere": {"radius": 0.4}}, "position": [-1, 2, 0]})));

@@ -75,7 +75,7 @@ fn a_body_on_a_hinge_swings_with_the_period_of_a_compound_pendulum() {
 }
 
 /// A crank of length 1, a coupler of 3 and a rocker of 2.5 on a ground of 3, whose crank a torque turns around.
-fn four_bar(law: &Value, (dt, end): (f64, f64)) -> Value {
+pub fn four_bar(law: &Value, (dt, end): (f64, f64)) -> Value {
     let points = [DVec3::ZERO, DVec3::X, coupler_end(0.0), DVec3::new(3.0, 0.0, 0.0)];
     let bar = |i: usize| {
         let way = points[i + 1] - points[i];
@@ -205,7 +205,7 @@ fn energy(bodies: &Bodies) -> f64 {
 }
 
 /// Balls of radius 0.2 along x, one held, with joints of all kinds half-way between neighbours.
-fn hanging(law: &Value, balls: usize, soft: bool, (dt, steps): (f64, usize)) -> Value {
+pub fn hanging(law: &Value, balls: usize, soft: bool, (dt, steps): (f64, usize)) -> Value {
     let mut bodies: Vec<_> =
         (0..balls).map(|i| ball(0.2, DVec3::new(i as f64, 0.0, 0.0), DQuat::from_rotation_x(0.3 * i as f64))).collect();
     bodies[0] = fixed(bodies[0].take());

@@ -3,6 +3,7 @@
 
 mod bending;
 mod bonds;
+mod bonds_on_device;
 mod chains_in_heat;
 mod contact_forces;
 mod daughters;

@@ -65,6 +65,15 @@ impl<const D: usize> Pull<D> {
     }
 }
 
+/// The forces of implicit bonds on their second bodies, and the torques about their ends there, by number.
+pub(super) fn pulls<const D: usize>(rows: &RowSet<D>) -> BTreeMap<usize, [DVec3; 2]> {
+    let pull = |(of, gamma): (&BondRows<D>, &[f64])| {
+        let Pull { force, couple, .. } = Pull::of(&of.lines[..of.own], gamma);
+        (of.bond, [force, couple])
+    };
+    rows.bonds().map(pull).collect()
+}
+
 impl<const D: usize> BondRows<D> {
     /// The sum of what its own rows move the bodies by in the scaled unknowns.
     fn size(&self, gamma: &[f64]) -> f64 {
@@ -261,11 +270,7 @@ impl Start {
         if setup.bonds.is_empty() && self.daughters().is_empty() {
             return Vec::new();
         }
-        let pull = |(of, gamma): (&BondRows<D>, &[f64])| {
-            let Pull { force, couple, .. } = Pull::of(&of.lines[..of.own], gamma);
-            (of.bond, [force, couple])
-        };
-        let pulls: BTreeMap<usize, [DVec3; 2]> = rows.bonds().map(pull).collect();
+        let pulls = pulls(rows);
         let mut held = setup.bonds.held(end, &pulls);
         let first = setup.bonds.list().len();
         let of_daughters = self.daughters().list().iter().enumerate();

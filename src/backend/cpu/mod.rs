@@ -15,7 +15,7 @@ pub(crate) mod domain;
 pub(super) mod first;
 mod friction;
 #[cfg(feature = "gpu")]
-pub(super) mod hosted;
+pub(crate) mod hosted;
 mod keeper;
 mod motions;
 mod narrow_phase;

@@ -220,6 +220,12 @@ impl<const D: usize> RowSet<D> {
         (self.bonded, self.coned, self.changed) = (rows, true, true);
     }
 
+    /// The number of rows of bonds.
+    #[cfg(feature = "gpu")]
+    pub(super) fn bonded(&self) -> usize {
+        self.bonded
+    }
+
     /// How often the rows of bonds were made anew.
     pub(super) fn renewals(&self) -> u32 {
         self.renewals

@@ -149,13 +149,21 @@ impl Start {
     /// Begins the step after `steps` steps with the bodies that a device has: those of the step, of which each has grown
     /// by its number in `lengthened`.
     #[cfg(feature = "gpu")]
-    pub(super) fn begin_on_device(&mut self, setup: &Setup, steps: u64, bodies: Bodies, lengthened: Vec<f64>) {
+    pub(super) fn begin_on_device(
+        &mut self,
+        setup: &Setup,
+        steps: u64,
+        bodies: Bodies,
+        lengthened: Vec<f64>,
+    ) -> Result<(), Fault> {
         self.time = setup.time.after(steps);
         self.interval = self.piece_length(setup);
         (self.bodies, self.lengthened) = (bodies, lengthened);
         self.place_walls(setup);
         self.place_cell(setup);
-        self.held = setup.fixed.flags(&self.bodies);
+        self.settle(setup)?;
+        self.hold(setup, true);
+        Ok(())
     }
 
     /// Divides the cells that are due and returns the mothers.

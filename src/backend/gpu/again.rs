@@ -44,7 +44,7 @@ impl Device {
         // From here on, the host knows only what the device stores.
         *accepted = Accepted::of(&state);
         if let Some(hosted) = hosted {
-            hosted.load(&state.warm);
+            hosted.load(&state);
         }
         narrow.candidates.forget(state.warm);
         Ok(())

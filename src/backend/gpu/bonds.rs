@@ -64,15 +64,23 @@ impl BondBuffers {
             return Ok(None);
         }
         let (list, precision) = (setup.bonds.list(), setup.precision);
-        let numbers = |Bond { at: [[a, b, c], [d, e, f]], stiffness, length, .. }: &Bond| {
-            [*a, *b, *c, *stiffness, *d, *e, *f, *length]
+        // The host has the pulls of implicit bonds, and finds those that break.
+        let explicit = |bond: usize| !setup.bonds.is_implicit(bond);
+        let numbers = |(bond, of): (usize, &Bond)| {
+            let Bond { at: [[a, b, c], [d, e, f]], stiffness, length, .. } = of;
+            [*a, *b, *c, if explicit(bond) { *stiffness } else { 0.0 }, *d, *e, *f, *length]
         };
-        let strength = |bond: &Bond| bond.break_force.unwrap_or(NEVER);
+        let strength = |(bond, of): (usize, &Bond)| of.break_force.filter(|_| explicit(bond)).unwrap_or(NEVER);
         let (real, count) = (precision.bytes(), list.len() as u64);
-        let bonds = precision.encode(list.iter().flat_map(numbers));
+        let bonds = precision.encode(list.iter().enumerate().flat_map(numbers));
         let buffers = BondBuffers {
             bonds: Buffer::with(gpu, "bonds", 8 * real, &bonds)?,
-            strengths: Buffer::with(gpu, "strengths of bonds", real, &precision.encode(list.iter().map(strength)))?,
+            strengths: Buffer::with(
+                gpu,
+                "strengths of bonds",
+                real,
+                &precision.encode(list.iter().enumerate().map(strength)),
+            )?,
             broken: Buffer::new(gpu, "broken bonds", 4, count)?,
             ends: Buffer::new(gpu, "bodies of bonds", 8, count)?,
             incident: Buffer::new(gpu, "bonds of bodies", 4, count)?,
@@ -88,6 +96,13 @@ impl BondBuffers {
         let is_broken = |bond: u32| u32::from(broken.binary_search(&bond).is_ok());
         let flags: Vec<u32> = (0..setup.bonds.list().len() as u32).map(is_broken).collect();
         self.broken.write(gpu, 0, bytemuck::cast_slice(&flags));
+    }
+
+    /// Marks more bonds as broken.
+    pub fn add_broken(&self, gpu: &Gpu, found: &[u32]) {
+        for bond in found {
+            self.broken.write(gpu, 4 * u64::from(*bond), &1_u32.to_le_bytes());
+        }
     }
 
     /// Reads which bonds are broken.

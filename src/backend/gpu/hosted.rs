@@ -1,26 +1,30 @@
-//! The rows of scenes with friction or restitution. The device finds contacts, makes their normal rows and computes
-//! trials; the host reads the normal rows, adds tangents, solves in f64 ([`crate::backend::cpu::hosted`]), and writes
-//! the multipliers of normal rows and the velocities.
+//! The rows of scenes with friction, restitution or implicit bonds. The device finds contacts, makes their normal rows
+//! and computes trials; the host reads the normal rows, adds tangents and bonds, solves in f64
+//! ([`crate::backend::cpu::hosted`]), and writes the multipliers of normal rows and the velocities.
 
 use super::Setup;
 use super::lists::Lists;
+use super::parted::Parted;
 use super::row_set::RowSet;
 use crate::backend::cpu::hosted::{DeviceRow, DeviceStart, Hosted, hosted};
+use crate::dynamics::BondName;
 use crate::freedom::SPATIAL;
 use crate::gpu::{Gpu, GpuError};
 use crate::lcp::{Outcome, Problem};
 use crate::separation::Separation;
 use crate::separation::branches::branch_in_place;
-use crate::step::{Effect, Model, State};
+use crate::step::{Effect, Fault, Model, State};
 use crate::walls::{AtSurface, number_of};
 use crate::warm::Warm;
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, VecDeque};
 
 /// The host's part of the steps, and the contact of each row of the device.
 pub(super) struct HostedRows {
     own: Box<dyn Hosted>,
     of_row: Vec<RowOf>,
+    /// In scenes with bonds whose bodies do not collide.
+    pub parted: Option<Parted>,
 }
 
 /// What a row of the device belongs to.
@@ -37,15 +41,25 @@ type ReadRow = ([u32; 2], Option<DeviceRow>);
 
 impl HostedRows {
     /// The host's part of a scene's steps; `None` if the device solves on its own.
-    pub fn new(setup: &Setup, model: &Model, state: &State) -> Result<Option<Self>, GpuError> {
+    pub fn new(gpu: &Gpu, setup: &Setup, model: &Model, state: &State) -> Result<Option<Self>, GpuError> {
         let own = hosted(model, state, setup.precision);
         let own = own.map_err(|fault| GpuError::Refused { message: fault.to_string() })?;
-        Ok(own.map(|own| HostedRows { own, of_row: Vec::new() }))
+        let Some(own) = own else { return Ok(None) };
+        Ok(Some(HostedRows { own, of_row: Vec::new(), parted: Parted::new(gpu, setup)? }))
     }
 
     /// Begins a step.
-    pub fn begin(&mut self, start: DeviceStart) {
-        self.own.begin(start);
+    pub fn begin(&mut self, gpu: &Gpu, start: DeviceStart) -> Result<(), Fault> {
+        self.own.begin(start)?;
+        if let Some(parted) = &mut self.parted {
+            parted.write(gpu, self.own.without_contact())?;
+        }
+        Ok(())
+    }
+
+    /// The pairs that do not collide in the present step.
+    pub fn without_contact(&self) -> &[[u32; 2]] {
+        self.own.without_contact()
     }
 
     /// Takes over the first rows, made at the start or `ahead`, where `overlap` is the deepest overlap.
@@ -75,7 +89,7 @@ impl HostedRows {
         lists: &Lists,
         rows: &RowSet,
     ) -> Result<(), GpuError> {
-        let mut old: HashMap<[u32; 2], std::collections::VecDeque<usize>> = HashMap::new();
+        let mut old: HashMap<[u32; 2], VecDeque<usize>> = HashMap::new();
         for RowOf { pair, contact } in &self.of_row {
             old.entry(*pair).or_default().push_back(*contact);
         }
@@ -139,9 +153,24 @@ impl HostedRows {
         self.own.effect(gap)
     }
 
-    /// Ends a step with the trial.
-    pub fn accept(&mut self) {
-        self.own.accept();
+    /// By how much the worst implicit bond is off at the trial, a length; and which one it is.
+    pub fn stretch(&self) -> (f64, Option<(BondName, [usize; 2])>) {
+        self.own.stretch()
+    }
+
+    /// Makes the rows of implicit bonds again at the trial.
+    pub fn renew_bonds(&mut self) {
+        self.own.renew_bonds();
+    }
+
+    /// Ends a step with the trial, and returns the implicit bonds that break.
+    pub fn accept(&mut self) -> Vec<u32> {
+        self.own.accept()
+    }
+
+    /// The forces and torques of implicit bonds, by number.
+    pub fn pulls(&self) -> &BTreeMap<usize, [DVec3; 2]> {
+        self.own.pulls()
     }
 
     /// The host's present problem and its multipliers.
@@ -154,9 +183,9 @@ impl HostedRows {
         self.own.rows()
     }
 
-    /// Continues from what contacts of another state ended with.
-    pub fn load(&mut self, warm: &[Warm]) {
-        self.own.set_warm(warm);
+    /// Continues from another state.
+    pub fn load(&mut self, state: &State) {
+        self.own.load(state);
         self.of_row.clear();
     }
 

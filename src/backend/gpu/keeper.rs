@@ -1,6 +1,7 @@
 //! The state that a device stores, and the steps that it takes.
 
 use super::ancestry::Ancestry;
+use super::hosted::HostedRows;
 use super::states::{Poses, Shapes, States};
 use super::{Device, unrounded};
 use crate::bodies::{Bodies, Columns, Lineage};
@@ -89,7 +90,8 @@ impl Device {
         let States { accepted, accepted_shapes, .. } = &self.states;
         let (mut bodies, mut unrounded) = self.download_first(accepted, accepted_shapes, (lineage, group))?;
         bodies.columns = self.start.ancestry.accepted_columns();
-        bodies.bonds = self.setup.bonds.held(&bodies, &BTreeMap::new());
+        let none = BTreeMap::new();
+        bodies.bonds = self.setup.bonds.held(&bodies, self.hosted.as_ref().map_or(&none, HostedRows::pulls));
         unrounded.prescribe(&self.start.ancestry.accepted_lengths());
         let (removed, unrounded) = (removed.clone(), Some(unrounded));
         Ok(State { step: *step, next_id, bodies, warm, removed, changed: *changed, unrounded })

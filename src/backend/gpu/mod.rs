@@ -29,6 +29,7 @@ mod motions;
 mod narrow_phase;
 mod near;
 mod part;
+mod parted;
 mod passing;
 mod read_back;
 mod row_inputs;
@@ -46,8 +47,8 @@ mod verbs;
 mod walls;
 mod warm;
 
+use crate::backend::cpu::hosted::is_hosted;
 use crate::constraint::RowSource;
-use crate::dynamics::Force;
 use crate::gpu::{Gpu, GpuError, Made, Precision};
 use crate::step::{Model, Phases, Rows, State};
 pub use contacts::{contacts, wall_contacts};
@@ -80,12 +81,14 @@ pub struct Device {
     narrow: NarrowPhase,
     rows: RowSet,
     solve: Solve,
-    /// The host's part of steps with friction or restitution.
+    /// The host's part of steps with friction, restitution or implicit bonds.
     hosted: Option<HostedRows>,
     trial: Trial,
     effect: EffectKernels,
     passing: PassingKernels,
     phases: Phases,
+    /// How many implicit bonds broke when the last trial was accepted.
+    broken: u32,
 }
 
 impl Device {
@@ -94,21 +97,12 @@ impl Device {
     /// # Errors
     /// [`GpuError::Unsupported`] for features that only the CPU has.
     pub fn check(model: &Model) -> Result<(), GpuError> {
-        let is_rough = !model.friction.is_none() || !model.contact.restitution.is_none();
-        if is_rough && model.contact.rows_of_method() == Rows::Paper {
-            return Err(GpuError::Unsupported { what: "friction and restitution with the paper's rows".into() });
+        if is_hosted(model) && model.contact.rows_of_method() == Rows::Paper {
+            let what = "friction, restitution and implicit bonds with the paper's rows";
+            return Err(GpuError::Unsupported { what: what.into() });
         }
         if model.cells.as_ref().is_some_and(|cells| cells.bond_daughters()) {
             return Err(GpuError::Unsupported { what: "bonds of daughters".into() });
-        }
-        if model.bonds.first_implicit().is_some() {
-            return Err(GpuError::Unsupported { what: "implicit bonds and joints".into() });
-        }
-        if model.forces.iter().any(Force::is_pull) {
-            return Err(GpuError::Unsupported { what: "pulls of single bodies (`forces` with `pull`)".into() });
-        }
-        if model.bonds.any_without_contact() {
-            return Err(GpuError::Unsupported { what: "bonds without contact".into() });
         }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
@@ -132,13 +126,13 @@ impl Device {
         state.bodies.planar = model.planar;
         let unrounded = unrounded::unrounded(&setup, &state)?;
         let bodies = state.bodies.len() as u64;
-        let hosted = HostedRows::new(&setup, model, &state)?;
+        let hosted = HostedRows::new(&gpu, &setup, model, &state)?;
         let states = States::new(&gpu, &setup, bodies)?;
         states.write(&gpu, &setup, &state.bodies.shape, &unrounded);
         Ok(Device {
             states,
             start: Start::new(&gpu, &setup, model, &state, &unrounded)?,
-            motions: Motions::new(&gpu, &setup, &state.bodies)?,
+            motions: Motions::new(&gpu, &setup, model, &state.bodies)?,
             first: First::new(&gpu, &setup)?,
             narrow: NarrowPhase::new(&gpu, &setup, state.warm.clone())?,
             rows: RowSet::new(&gpu, &setup)?,
@@ -149,6 +143,7 @@ impl Device {
             passing: PassingKernels::make(&gpu, &setup)?,
             accepted: Accepted { state: OnceLock::from(state.clone()), ..Accepted::of(&state) },
             phases: Phases::default(),
+            broken: 0,
             setup,
             model: model.clone(),
             gpu,

@@ -9,9 +9,9 @@ use super::source::{damping, motion, turned, with_bodies};
 use super::start::{Stages, Start};
 use super::states::{Poses, Shapes};
 use crate::bodies::Bodies;
-use crate::dynamics::{Ending, Factor, ForceField, Load, Motion, Twist};
+use crate::dynamics::{Ending, Factor, Force, ForceField, Load, Motion, Twist, force_fields};
 use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, arrays, fragment, functions, kernels};
-use crate::step::Fault;
+use crate::step::{Fault, Model};
 use glam::{DMat3, DVec3};
 
 functions! {
@@ -58,6 +58,8 @@ fn rotation_root(motion: &[f64]) -> DMat3 {
 pub(super) struct Motions {
     /// User-defined forces of the library, computed on the host.
     pub plugged: Vec<Box<dyn ForceField>>,
+    /// The scene's pulls of single bodies, computed on the host too.
+    pulls: Vec<Box<dyn ForceField>>,
     /// Whether the kernel of forces reads loads from the host and from other kernels.
     pub takes_loads: bool,
     pub loads: Buffer,
@@ -73,10 +75,12 @@ pub(super) struct Motions {
 arrays! { Motions { loads, motions, boxes } }
 
 impl Motions {
-    pub fn new(gpu: &Gpu, setup: &Setup, bodies: &Bodies) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, setup: &Setup, model: &Model, bodies: &Bodies) -> Result<Self, GpuError> {
+        let pulls: Vec<Force> = model.forces.iter().filter(|force| force.is_pull()).cloned().collect();
         let (real, width) = (setup.precision.bytes(), setup.motion_width() as usize);
         Ok(Motions {
             plugged: Vec::new(),
+            pulls: force_fields(&pulls, &model.groups, &model.dynamics),
             takes_loads: setup.makes_loads(),
             loads: Buffer::new(gpu, "loads", 8 * real, 1)?,
             motions: Buffer::new(gpu, "motions", 4 * width * real, bodies.len() as u64)?,
@@ -85,6 +89,11 @@ impl Motions {
             bonds: BondBuffers::new(gpu, setup, &bodies.broken_bonds)?,
             kernels: MotionKernels::make(gpu, setup)?,
         })
+    }
+
+    /// Whether the host computes forces.
+    pub fn has_plugged(&self) -> bool {
+        !self.pulls.is_empty() || !self.plugged.is_empty()
     }
 
     /// From now on the kernel of forces reads loads.
@@ -98,7 +107,7 @@ impl Motions {
     /// Writes user-defined forces, computed from the bodies at the beginning of the present part.
     pub fn write_loads(&mut self, gpu: &Gpu, setup: &Setup, start: &Start, bodies: &Bodies) -> Result<(), Fault> {
         let (time, span) = (start.time_of_loads(setup), start.span(setup));
-        let acting = self.plugged.iter().map(|force| (force, force.share(span)));
+        let acting = self.pulls.iter().chain(&self.plugged).map(|force| (force, force.share(span)));
         let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
         for (force, _) in &acting {
             force.prepare(bodies, time).map_err(|what| Fault::Force { step: start.step, what })?;
@@ -141,7 +150,7 @@ impl Motions {
     pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>) {
         let start = stages.start;
         let (bodies, in_middle) = (start.bodies, start.part == Part::FromMiddle);
-        let plugged = !self.plugged.is_empty();
+        let plugged = self.has_plugged();
         if let Some(ids) = &self.ids {
             ids.record(stages, record, &self.loads, plugged);
         }

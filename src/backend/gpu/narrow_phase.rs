@@ -4,6 +4,7 @@
 use super::candidates::Candidates;
 use super::lists::Lists;
 use super::part::Part;
+use super::parted::Parted;
 use super::row_inputs::RowInputs;
 use super::source::{NEAR, VIOLATING, base, narrow_sources, reporting, with_flags};
 use super::start::Stages;
@@ -109,7 +110,13 @@ impl NarrowPhase {
 
     /// Records the separations of all pairs in the given poses. At the trial, pairs that overlap by at least
     /// `violating` are violations.
-    fn record_separations(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, (at_trial, violating): (bool, f64)) {
+    fn record_separations(
+        &self,
+        record: &mut Recorder<'_>,
+        made: RowInputs<'_>,
+        (at_trial, violating): (bool, f64),
+        parted: Option<&Parted>,
+    ) {
         let RowInputs { stages: Stages { start, .. }, lists, .. } = made;
         let (pairs, violating, report) = (lists.body_pairs, violating as f32, &self.report);
         for kernel in &self.kernels.narrow {
@@ -120,6 +127,9 @@ impl NarrowPhase {
         }
         if let Some(held) = &start.held {
             held.ignore(record, lists);
+        }
+        if let Some(parted) = parted {
+            parted.part(record, lists);
         }
     }
 
@@ -175,7 +185,8 @@ impl Device {
         let (stages, violating) = (self.stages(), self.trial.violating);
         let (lists, motions) = (&self.narrow.candidates.lists, &self.motions);
         let made = RowInputs::of(stages, &self.first, lists, motions, at_trial);
-        self.narrow.record_separations(record, made, (at_trial, violating));
+        let parted = self.hosted.as_ref().and_then(|hosted| hosted.parted.as_ref());
+        self.narrow.record_separations(record, made, (at_trial, violating), parted);
         if at_trial {
             self.effects().record(record, 1);
         }

@@ -28,6 +28,7 @@ pub(crate) struct Setup {
     pub branches: u32,
     pub cutoff: f64,
     pub dynamics: Dynamics,
+    /// Without pulls of single bodies, which the host computes.
     pub forces: Vec<Force>,
     pub groups: Vec<String>,
     pub bonds: Bonds,
@@ -95,7 +96,7 @@ impl Setup {
             },
             cutoff: model.contact.cutoff_of(shapes.iter().copied()),
             dynamics: model.dynamics,
-            forces: model.forces.clone(),
+            forces: model.forces.iter().filter(|force| !force.is_pull()).cloned().collect(),
             groups: model.groups.clone(),
             bonds: model.bonds.clone(),
             heat: model.heat,

@@ -39,7 +39,7 @@ impl Device {
 
     /// Computes forces, free velocities and mobilities at the beginning of the present part, and the boxes there.
     fn set_motions(&mut self) -> Result<(), Fault> {
-        if !self.motions.plugged.is_empty() {
+        if self.motions.has_plugged() {
             self.write_loads()?;
         }
         let Device { gpu, setup, states, start, motions, first, narrow, .. } = self;
@@ -64,7 +64,7 @@ impl Device {
     }
 
     /// Tells the host how the step begins, where it has a part in it.
-    fn begin_on_host(&mut self) -> Result<(), GpuError> {
+    fn begin_on_host(&mut self) -> Result<(), Fault> {
         if self.hosted.is_none() {
             return Ok(());
         }
@@ -75,7 +75,7 @@ impl Device {
         let (steps, lengthened) = (self.accepted.step, start.ancestry.lengthened());
         let begun = DeviceStart { steps, bodies, lengthened, motion: self.motions.read(stages)? };
         if let Some(hosted) = &mut self.hosted {
-            hosted.begin(begun);
+            hosted.begin(&self.gpu, begun)?;
         }
         Ok(())
     }
@@ -117,9 +117,10 @@ impl Device {
         let mut bodies = self.download(states.start(), states.end_shapes())?;
         let twists = motions.trial_twists(self.stages())?;
         let separate = separate_in(setup.planar);
+        let but = self.hosted.as_ref().map_or(&[][..], HostedRows::without_contact);
         // The state before the step has the periods of its time, and the trial has those at the end.
         bodies.periods = setup.strain.map_or(bodies.periods, |strain| strain.periods(start.time));
-        Ok(passed(&bodies, &twists, (setup.dt, setup.shear()), &[], |a, b| separate(a, b, None)))
+        Ok(passed(&bodies, &twists, (setup.dt, setup.shear()), but, |a, b| separate(a, b, None)))
     }
 }
 
@@ -208,6 +209,9 @@ impl Verbs for Device {
         if overlap.worst > 0.0 {
             overlap.worst += self.setup.rounding;
         }
+        if let Some(hosted) = &self.hosted {
+            (overlap.stretch, overlap.bond) = hosted.stretch();
+        }
         Ok(overlap)
     }
 
@@ -233,6 +237,13 @@ impl Verbs for Device {
         }
         self.phases.narrow_phase += begun.elapsed();
         if self.rows.next > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
+    }
+
+    fn renew_bonds(&mut self) -> Result<(), Fault> {
+        if let Some(hosted) = &mut self.hosted {
+            hosted.renew_bonds();
+        }
+        Ok(())
     }
 
     fn effect(&mut self, gap: f64) -> Result<Effect, Fault> {
@@ -276,9 +287,11 @@ impl Verbs for Device {
         }
         rows.remember(&mut record, &narrow.candidates.lists);
         record.submit()?;
-        if let Some(hosted) = &mut self.hosted {
-            hosted.accept();
+        let broken = self.hosted.as_mut().map(HostedRows::accept).unwrap_or_default();
+        if let Some(bonds) = &self.motions.bonds {
+            bonds.add_broken(&gpu, &broken);
         }
+        self.broken = broken.len() as u32;
         let Device { setup, accepted, states, start, .. } = &mut *self;
         states.accept();
         accepted.bodies = start.bodies;
@@ -289,6 +302,10 @@ impl Verbs for Device {
         accepted.state = OnceLock::new();
         self.phases.integrate += begun.elapsed();
         Ok(std::mem::take(&mut self.phases))
+    }
+
+    fn broken_bonds(&self) -> u32 {
+        self.broken
     }
 
     fn take_again(&mut self, take: &mut Take<'_>) -> Result<(), Fault> {

@@ -4,7 +4,7 @@ use super::Bond;
 use super::turning::{Resists, Turning};
 use glam::{DQuat, DVec3};
 
-/// A joint between two bodies. Only on the CPU, with `"euler"` steps.
+/// A joint between two bodies. Only with `"euler"` steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]

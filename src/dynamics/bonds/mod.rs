@@ -51,8 +51,8 @@ pub struct Bond {
     #[cfg_attr(feature = "files", serde(with = "stiffness"), schemars(with = "stiffness::Stiffness"))]
     pub stiffness: f64,
     /// Whether a step takes its pull at the step's end, where any stiffness is stable, and not at its start. Without
-    /// it: rigid bonds do, and all do where explicit ones would be unstable in steps of `time.dt`. Only on the CPU,
-    /// with `"euler"` steps.
+    /// it: rigid bonds do, and all do where explicit ones would be unstable in steps of `time.dt`. Only with
+    /// `"euler"` steps.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub implicit: Option<bool>,
     /// Its rest length.
@@ -68,7 +68,7 @@ pub struct Bond {
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub break_force: Option<f64>,
-    /// Whether its bodies collide with each other. Where they do not, only on the CPU.
+    /// Whether its bodies collide with each other.
     #[cfg_attr(feature = "files", serde(default = "collides", skip_serializing_if = "is_true"))]
     pub contact: bool,
 }

@@ -11,6 +11,7 @@ use crate::backend::gpu::heat::{self, RandomLoads};
 use crate::backend::gpu::held::HeldKernels;
 use crate::backend::gpu::motions::{FreeMotion, MotionKernels};
 use crate::backend::gpu::narrow_phase::{NarrowKernels, Report};
+use crate::backend::gpu::parted::PartedKernels;
 use crate::backend::gpu::passing::PassingKernels;
 use crate::backend::gpu::row_set::{MiddleRowKernels, PaperKernels, RowKernels};
 use crate::backend::gpu::trial::TrialKernels;
@@ -159,6 +160,7 @@ every_source! { setup:
     WallKernels = (!setup.walls.is_empty()).then_some(setup),
     BondKernels = (!setup.bonds.is_empty()).then_some(setup),
     HeldKernels = Some(setup),
+    PartedKernels = Some(setup),
     BranchKernels = (setup.branches > 0).then_some(setup),
 }
 
