@@ -12,13 +12,25 @@ flat in float height; // of the centre, toward the viewer
 flat in float unit;
 flat in uvec2 label;  // the body's row; its colour and outline
 in vec2 offset;
+#ifdef CUT
+flat in vec4 cutter;
+#endif
+#ifdef PERSPECTIVE
+in vec2 sight;
+#endif
 in float front;
 
 uniform float depth;
 
 // The body's row and one more, the height, the normal along right and up, colour and outline.
+// Of a shadow depths suffice.
+#ifndef DEPTHS
 layout(location = 0) out uvec4 met;
+#endif
 //DEPTH_OUT
+
+// As in body.vert.
+#define IS(kind) (KINDS == (1 << int(kind)) || body.x == kind)
 
 const float POINT = 0.0, SEGMENT = 1.0, CIRCLE = 2.0;
 const float MISS = 3e38;
@@ -105,7 +117,8 @@ float least_root(vec3 c, float start) {
     return convex_root(c, max(start, bend), MISS);
 }
 
-float hit_circle(float major, float radius, vec3 origin, vec3 direction) {
+// Where the line `origin + t direction` first meets the tube, at or after `start`, which is outside of it.
+float hit_circle(float major, float radius, vec3 origin, vec3 direction, float start) {
     float along = dot(origin, direction);
     vec3 o = origin - direction * along;
     float square = dot(o, o);
@@ -115,17 +128,45 @@ float hit_circle(float major, float radius, vec3 origin, vec3 direction) {
     float k = square + major2 - radius * radius;
     vec3 c = vec3(2.0 * (k - 2.0 * major2 * dot(direction.xy, direction.xy)), 8.0 * major2 * o.z * direction.z,
         k * k - 4.0 * major2 * dot(o.xy, o.xy));
-    float root = least_root(c, -sqrt(outer * outer - square));
+    float root = least_root(c, max(start + along, -sqrt(outer * outer - square)));
     return root < MISS ? root - along : MISS;
 }
 
 float first_hit(vec3 origin, vec3 direction) {
-    if (body.x == POINT) return hit_point(body.z, origin, direction);
-    if (body.x == SEGMENT) return hit_segment(body.y, body.z, origin, direction);
-    if (body.x == CIRCLE) return hit_circle(body.y, body.z, origin, direction);
+#if (KINDS & 1) != 0
+    if (IS(POINT)) return hit_point(body.z, origin, direction);
+#endif
+#if (KINDS & 2) != 0
+    if (IS(SEGMENT)) return hit_segment(body.y, body.z, origin, direction);
+#endif
+#if (KINDS & 4) != 0
+    if (IS(CIRCLE)) return hit_circle(body.y, body.z, origin, direction, -MISS);
+#endif
     return hit_ellipsoid(body.yzw, origin, direction);
 }
 
+#ifdef CUT
+// Where a ray that first meets the body in what is cut off meets what is left: the cut itself, or the tube again.
+float hit_behind_cut(vec3 origin, vec3 direction, out bool on_cut) {
+    on_cut = false;
+    float against = dot(cutter.xyz, direction);
+    if (against >= 0.0) return MISS;
+    float t = (cutter.w - dot(cutter.xyz, origin)) / against;
+    float last = -first_hit(origin, -direction);
+    if (t >= last) return MISS;
+#if (KINDS & 4) != 0
+    if (IS(CIRCLE)) {
+        vec3 point = origin + direction * t;
+        float across = length(point.xy) - body.y;
+        if (across * across + point.z * point.z > body.z * body.z) return hit_circle(body.y, body.z, origin, direction, t);
+    }
+#endif
+    on_cut = true;
+    return t;
+}
+#endif
+
+#ifndef DEPTHS
 vec3 normal_at(vec3 point) {
     if (body.x > CIRCLE) return normalize(point / (body.yzw * body.yzw));
     vec3 foot = vec3(0.0);
@@ -133,13 +174,29 @@ vec3 normal_at(vec3 point) {
     if (body.x == CIRCLE && dot(point.xy, point.xy) > 0.0) foot = vec3(normalize(point.xy) * body.y, 0.0);
     return normalize(point - foot);
 }
+#endif
 
 void main() {
     vec3 origin = (right * offset.x + up * offset.y) / unit;
-    float t = first_hit(origin, -toward);
+    vec3 ray = -toward;
+    float slope = 1.0;
+#ifdef PERSPECTIVE
+    slope = inversesqrt(1.0 + dot(sight, sight));
+    ray = (right * sight.x + up * sight.y - toward) * slope;
+#endif
+    float t = first_hit(origin, ray);
+    bool on_cut = false;
+#ifdef CUT
+    if (t < MISS && dot(cutter.xyz, origin + ray * t) > cutter.w) t = hit_behind_cut(origin, ray, on_cut);
+#endif
     if (t >= MISS) discard;
-    float seen = height - t * unit;
-    vec3 normal = normal_at(origin - toward * t);
+    float seen = height - t * unit * slope;
+#ifndef DEPTHS
+    vec3 normal = normal_at(origin + ray * t);
+#ifdef CUT
+    if (on_cut) normal = normalize(cutter.xyz);
+#endif
     met = uvec4(label.x + 1u, floatBitsToUint(seen), packSnorm2x16(vec2(dot(normal, right), dot(normal, up))), label.y);
+#endif
     gl_FragDepth = max(0.5 - seen / (2.0 * depth), front);
 }

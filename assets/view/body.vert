@@ -1,12 +1,18 @@
 #version 300 es
-// A body as a rectangle that just covers it, seen by a parallel projection.
+// A body as a rectangle that just covers it.
 precision highp float;
 precision highp int;
+precision highp sampler2D;
 
-layout(location = 0) in vec3 place;  // the centre, from the run's middle
-layout(location = 1) in vec4 turn;   // x, y, z, w: from body axes to space
-layout(location = 2) in vec4 shape;  // the kind, and its three numbers
-layout(location = 3) in float part;  // the place on the scale of colours; below zero: none; below -1.5: hidden
+// KINDS has a bit for each kind of body that a state has; CUT and PERSPECTIVE are there where they are on. What is left
+// out costs nothing: software renderers run both sides of each branch.
+#define IS(kind) (KINDS == (1 << int(kind)) || shape.x == kind)
+
+// A texel for each body. Vertices of one draw fetch what they need: software renderers take long for each instance.
+uniform sampler2D places; // the centre, from the run's middle
+uniform sampler2D turns;  // x, y, z, w: from body axes to space
+uniform sampler2D shapes; // the kind, and its three numbers
+uniform sampler2D parts;  // the place on the scale of colours; below zero: none; below -1.5: hidden
 
 uniform mat3 axes;       // right, up and toward, as columns
 uniform vec3 middle;     // what stands in the middle of the picture
@@ -15,7 +21,7 @@ uniform float depth;     // all bodies are nearer to the middle than this, along
 uniform float pixels;    // pixels to a length of one
 uniform int colour;      // 0 by the scale, 1 by the orientation, 2 plain, 3 by a hue of the body's own
 uniform float distance_; // of the eye from the middle of the picture; 0: a parallel projection
-uniform vec4 cut;        // bodies whose centres are beyond this plane are hidden: its normal, its offset
+uniform vec4 cut;        // what is beyond this plane is cut off: its normal, its offset
 
 flat out vec3 right;
 flat out vec3 up;
@@ -24,8 +30,19 @@ flat out vec4 body;
 flat out float height;
 flat out float unit;
 flat out uvec2 label;
-out vec2 offset;
+#ifdef CUT
+flat out vec4 cutter; // the plane in body axes from the centre, in units of the body's size
+#endif
+out vec2 offset; // where the ray passes the centre's height, from the centre along right and up
+#ifdef PERSPECTIVE
+out vec2 sight; // how far the ray goes right and up for each length away from the viewer
+#endif
 out float front;
+
+vec3 place;
+vec4 turn;
+vec4 shape;
+float part;
 
 const float POINT = 0.0, SEGMENT = 1.0, CIRCLE = 2.0;
 const vec3 PLAIN = vec3(0.76, -0.035, -0.06);
@@ -42,9 +59,15 @@ vec3 to_space(vec4 q, vec3 v) {
 
 // How far the body reaches along a unit vector in its own axes.
 float reach(vec3 e) {
-    if (shape.x == POINT) return shape.z;
-    if (shape.x == SEGMENT) return shape.z + shape.y * abs(e.z);
-    if (shape.x == CIRCLE) return shape.z + shape.y * length(e.xy);
+#if (KINDS & 1) != 0
+    if (IS(POINT)) return shape.z;
+#endif
+#if (KINDS & 2) != 0
+    if (IS(SEGMENT)) return shape.z + shape.y * abs(e.z);
+#endif
+#if (KINDS & 4) != 0
+    if (IS(CIRCLE)) return shape.z + shape.y * length(e.xy);
+#endif
     return length(shape.yzw * e);
 }
 
@@ -102,34 +125,66 @@ float thickness() {
 }
 
 void main() {
+    int row = gl_VertexID >> 2;
+    int wide = textureSize(places, 0).x;
+    ivec2 texel = ivec2(row % wide, row / wide);
+    part = texelFetch(parts, texel, 0).x;
+    place = texelFetch(places, texel, 0).xyz;
+    turn = texelFetch(turns, texel, 0);
+    shape = texelFetch(shapes, texel, 0);
     vec4 back = vec4(-turn.xyz, turn.w);
     right = to_space(back, axes[0]);
     up = to_space(back, axes[1]);
     toward = to_space(back, axes[2]);
     vec3 seen = (place - middle) * axes;
-    if (part < -1.5 || dot(cut.xyz, place) > cut.w || (distance_ > 0.0 && seen.z > 0.9 * distance_)) {
+    bool hidden = part < -1.5;
+#ifdef CUT
+    vec3 cut_normal = to_space(back, cut.xyz);
+    float cut_offset = cut.w - dot(cut.xyz, place);
+    hidden = hidden || cut_offset < -reach(cut_normal);
+#endif
+    float larger = 1.0;
+#ifdef PERSPECTIVE
+    hidden = hidden || seen.z > 0.9 * distance_;
+    larger = distance_ / (distance_ - seen.z);
+#endif
+    if (hidden) {
         gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
         return;
     }
-    // A body is as large as its centre's distance makes it; it is not drawn in perspective itself.
-    float larger = distance_ > 0.0 ? distance_ / (distance_ - seen.z) : 1.0;
-    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
-    if (shape.x == SEGMENT) {
-        // Along the axis as it is seen: a rectangle across would be mostly empty.
+    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1 & 1) * 2.0 - 1.0;
+    float before = reach(toward);
+    height = seen.z;
+    // Half a rectangle, and its axes. That of a segment lies along the axis as it is seen: one across would be mostly
+    // empty.
+    vec2 sides = vec2(reach(right), reach(up));
+    mat2 frame = mat2(1.0);
+#if (KINDS & 2) != 0
+    if (IS(SEGMENT)) {
         vec2 along = vec2(right.z, up.z);
         float seen_length = length(along);
         along = seen_length > 1e-6 ? along / seen_length : vec2(1.0, 0.0);
-        offset = along * corner.x * (shape.y * seen_length + shape.z) + vec2(-along.y, along.x) * corner.y * shape.z;
-    } else {
-        offset = corner * vec2(reach(right), reach(up));
+        sides = vec2(shape.y * seen_length + shape.z, shape.z);
+        frame = mat2(along, vec2(-along.y, along.x));
     }
-    // Half a pixel more, so that no ray at the edge is lost to rounding.
-    offset += sign(offset) * 0.5 / (pixels * larger);
-    height = seen.z;
+#endif
+    // Half a pixel more, so that no ray at the edge is lost to rounding. In perspective what is before the centre's
+    // height is larger, and farther out.
+    float margin = 0.5 / (pixels * larger);
+#ifdef PERSPECTIVE
+    margin += (length(seen.xy) + length(sides)) * before / max(distance_ - height - before, 0.05 * distance_);
+#endif
+    offset = frame * (corner * (sides + margin));
+#ifdef PERSPECTIVE
+    sight = (seen.xy + offset) * larger / distance_;
+#endif
     // In units of the body's size sums and products keep their digits.
     unit = shape.x == SEGMENT || shape.x == CIRCLE ? shape.y + shape.z : max(shape.y, max(shape.z, shape.w));
     body = vec4(shape.x, shape.yzw / unit);
-    label = uvec2(uint(gl_InstanceID), packed_colour(linear(oklab())) | outline(thickness() * pixels * larger) << 24);
-    front = 0.5 - (height + reach(toward)) / (2.0 * depth);
+#ifdef CUT
+    cutter = vec4(cut_normal, cut_offset / unit);
+#endif
+    label = uvec2(uint(row), packed_colour(linear(oklab())) | outline(thickness() * pixels * larger) << 24);
+    front = 0.5 - (height + before) / (2.0 * depth);
     gl_Position = vec4((seen.xy + offset) * larger / half_size, 2.0 * front - 1.0, 1.0);
 }

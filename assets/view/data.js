@@ -59,7 +59,7 @@ function readTable(header, bytes) {
   return {
     count, ids, parents, rows, sizes, daughters, hasParent: table.has_parent, birth: asFloat(table.birth),
     generation: table.generation, group: table.group, kind: table.kind, reference: table.reference,
-    place: new Int32Array(3 * count), turn: unturned(count), list: new Uint32Array(0),
+    place: new Int32Array(3 * count), turn: unturned(count), list: new Uint32Array(0), bonds: null,
   };
 }
 
@@ -81,6 +81,8 @@ function readState(header, table, about, bytes) {
   readPlaces(header, table, read, state);
   readTurns(table, read, state);
   readShapes(table, read, state);
+  if (read.bond_a) table.bonds = readBonds(read);
+  state.bonds = table.bonds;
   for (const name of header.measured) if (read[name]) state.values[name] = new Uint16Array(read[name]);
   state.contacts = about.contacts === null ? null : readContacts(header, read, state);
   return state;
@@ -138,6 +140,12 @@ function readShapes(table, read, state) {
     shape[4 * i + 2] = sizes[1][row];
     shape[4 * i + 3] = sizes[2][row];
   }
+}
+
+/** The bonds that hold: the rows of their bodies in the state, and where they end on these. */
+function readBonds(read) {
+  const ends = ["a", "b"].map((which) => ["x", "y", "z"].map((axis) => asFloat(read[`bond_${which}${axis}`])));
+  return { a: read.bond_a, b: read.bond_b, ends };
 }
 
 function readContacts(header, read, state) {

@@ -10,6 +10,8 @@ const LEAST_SOFTNESS = 1.5;
 const SHADOW_FROM = 1.5;
 /** Samples along a side of the light's picture. */
 const SHADOW_SIDE = 2048;
+/** Bodies in a row of the tables that the vertices read. */
+const TABLE_WIDTH = 1024;
 /** Beyond so many bodies a picture in motion has no shadows. */
 const SHADOWS_IN_MOTION = 20000;
 /** How far the eye of a perspective is, in halves of the picture's longer side. */
@@ -26,18 +28,15 @@ class Painter {
     if (!gl) throw new Error("this browser has no WebGL 2, or it is switched off");
     this.gl = gl;
     this.canvas = canvas;
-    const depth = gl.getExtension("EXT_conservative_depth");
-    const body = SHADERS["body.frag"]
-      .replace("//DEPTH_OUT", depth ? "layout(depth_greater) out highp float gl_FragDepth;" : "")
-      .replace("//DEPTH", depth ? "#extension GL_EXT_conservative_depth : require" : "");
-    this.bodies = program(gl, SHADERS["body.vert"], body);
+    this.conservative = Boolean(gl.getExtension("EXT_conservative_depth"));
+    this.of_bodies = new Map();
     this.shade = program(gl, SHADERS["shade.vert"], SHADERS["shade.frag"]);
     this.line = program(gl, SHADERS["line.vert"], SHADERS["line.frag"]);
     this.surface = program(gl, SHADERS["surface.vert"], SHADERS["surface.frag"]);
-    this.buffers = ["place", "turn", "shape", "part"].map(() => gl.createBuffer());
-    this.attributes = gl.createVertexArray();
-    gl.bindVertexArray(this.attributes);
-    [3, 4, 4, 1].forEach((parts, k) => this.attribute(k, this.buffers[k], parts, 0, 0));
+    this.tables = [3, 4, 4, 1].map((parts) => ({ parts, texture: null, rows: 0 }));
+    this.quads = gl.createVertexArray();
+    this.corners_of_quads = gl.createBuffer();
+    this.quads_made = 0;
     this.lines = gl.createVertexArray();
     this.ends = gl.createBuffer();
     gl.bindVertexArray(this.lines);
@@ -63,6 +62,61 @@ class Painter {
     gl.enableVertexAttribArray(at);
     gl.vertexAttribPointer(at, parts, gl.FLOAT, false, stride, offset);
     gl.vertexAttribDivisor(at, 1);
+  }
+
+  /** The program that casts rays: of the kinds of bodies that there are, and with what is on; `depths` for depths alone. */
+  bodyProgram({ cut, distance }, depths) {
+    const words = [`KINDS ${this.kinds}`];
+    if (cut) words.push("CUT");
+    if (distance > 0) words.push("PERSPECTIVE");
+    if (depths) words.push("DEPTHS");
+    const key = words.join();
+    if (!this.of_bodies.has(key)) {
+      const [vertex, fragment] = ["body.vert", "body.frag"].map((name) => {
+        const lines = SHADERS[name].split("\n");
+        // The version stands in the first line.
+        lines.splice(1, 0, ...words.map((word) => `#define ${word}`));
+        return lines.join("\n");
+      });
+      const body = fragment
+        .replace("//DEPTH_OUT", this.conservative ? "layout(depth_greater) out highp float gl_FragDepth;" : "")
+        .replace("//DEPTH", this.conservative ? "#extension GL_EXT_conservative_depth : require" : "");
+      this.of_bodies.set(key, program(this.gl, vertex, body));
+    }
+    return this.of_bodies.get(key);
+  }
+
+  /** Fills one of the tables that have a texel for each body. */
+  table(table, values) {
+    const { gl } = this;
+    const { parts } = table;
+    const count = values.length / parts, whole = Math.floor(count / TABLE_WIDTH), rows = Math.max(Math.ceil(count / TABLE_WIDTH), 1);
+    const [kept, format] = { 1: [gl.R32F, gl.RED], 3: [gl.RGB32F, gl.RGB], 4: [gl.RGBA32F, gl.RGBA] }[parts];
+    if (table.rows < rows) {
+      gl.deleteTexture(table.texture);
+      table.texture = gl.createTexture();
+      table.rows = rows;
+      gl.bindTexture(gl.TEXTURE_2D, table.texture);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, kept, TABLE_WIDTH, rows);
+      for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+    }
+    gl.bindTexture(gl.TEXTURE_2D, table.texture);
+    const fill = (first, wide, high) => gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, first, wide, high, format, gl.FLOAT, values, first * TABLE_WIDTH * parts);
+    if (whole) fill(0, TABLE_WIDTH, whole);
+    if (count % TABLE_WIDTH) fill(whole, count % TABLE_WIDTH, 1);
+  }
+
+  /** Two triangles for each of so many bodies. */
+  makeQuads(count) {
+    if (count <= this.quads_made) return;
+    const { gl } = this;
+    const corners = new Uint32Array(6 * count);
+    for (let i = 0, k = 0; i < count; i++) for (const corner of [0, 1, 2, 2, 1, 3]) corners[k++] = 4 * i + corner;
+    gl.bindVertexArray(this.quads);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.corners_of_quads);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.STATIC_DRAW);
+    gl.bindVertexArray(null);
+    this.quads_made = count;
   }
 
   /** A picture of numbers with depths, or of depths alone. */
@@ -96,10 +150,12 @@ class Painter {
 
   /** The bodies to draw from now on. */
   setState(state) {
-    const { gl } = this;
-    [state.place, state.turn, state.shape].forEach((values, k) => this.fill(this.buffers[k], values));
+    [state.place, state.turn, state.shape].forEach((values, k) => this.table(this.tables[k], values));
+    this.makeQuads(state.bodies);
     this.count = state.bodies;
     this.state = state;
+    this.kinds = 0;
+    for (let i = 0; i < state.bodies; i++) this.kinds |= 1 << state.shape[4 * i];
     this.shadowOf = null;
     const thickness = new Float32Array(state.bodies).map((_, i) => thicknessOf(state.shape, i)).sort();
     this.thickness = state.bodies ? thickness[state.bodies >> 1] : 0;
@@ -115,7 +171,7 @@ class Painter {
   setParts(parts) {
     // What is hidden casts no shadow.
     this.shadowOf = null;
-    this.fill(this.buffers[3], parts);
+    this.table(this.tables[3], parts);
   }
 
   fill(buffer, values) {
@@ -138,7 +194,7 @@ class Painter {
     const ratio = canvas.width / canvas.clientWidth;
     const view = {
       axes: camera.axes, middle: camera.middle, pixels: camera.scale * ratio,
-      half: [width / (2 * camera.scale * ratio), height / (2 * camera.scale * ratio)], far: this.far + Math.hypot(...camera.middle), cut: look.cut ?? [0, 0, 0, 1],
+      half: [width / (2 * camera.scale * ratio), height / (2 * camera.scale * ratio)], far: this.far + Math.hypot(...camera.middle), cut: look.cut ?? null,
     };
     view.distance = look.perspective && !look.planar ? EYE * Math.max(...view.half) : 0;
     this.distance = view.distance;
@@ -160,14 +216,15 @@ class Painter {
     gl.disable(gl.BLEND);
     if (target.met) gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
-    const { places } = use(gl, this.bodies);
+    const { places } = use(gl, this.bodyProgram(view, !target.met));
     this.placeCamera(places, view);
     gl.uniform1f(places.depth, 1.01 * view.far);
     gl.uniform1f(places.pixels, view.pixels);
     gl.uniform1i(places.colour, colour);
-    gl.uniform4fv(places.cut, view.cut);
-    gl.bindVertexArray(this.attributes);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.count);
+    if (view.cut) gl.uniform4fv(places.cut, view.cut);
+    ["places", "turns", "shapes", "parts"].forEach((name, k) => this.bind(k, this.tables[k].texture, places[name]));
+    gl.bindVertexArray(this.quads);
+    if (this.count) gl.drawElements(gl.TRIANGLES, 6 * this.count, gl.UNSIGNED_INT, 0);
     gl.disable(gl.DEPTH_TEST);
   }
 
@@ -273,6 +330,17 @@ class Painter {
     gl.bindVertexArray(this.lines);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, ends.length / 6);
     gl.disable(gl.BLEND);
+  }
+
+  /** Waits until all is there that was drawn so far; gives the milliseconds. */
+  async drawn() {
+    const { gl } = this;
+    const begun = performance.now();
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    while (fence && gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) await new Promise((go) => setTimeout(go, 4));
+    gl.deleteSync(fence);
+    return performance.now() - begun;
   }
 
   /** The height of what is seen at a place of the page, towards the viewer from the picture's middle; 0 of nothing. */

@@ -141,7 +141,7 @@ class Live {
           this.readKeys();
         }
         this.tell();
-        if (told.state) await new Promise(requestAnimationFrame);
+        if (told.state) await new Promise(requestAnimationFrame).then(() => this.viewer.painter.drawn());
       } catch (error) {
         if (++failures > TRIES) {
           this.status = { ...this.status, phase: "ended", message: `The program does not answer any more (${error.message}). What it has told stays here.` };

@@ -17,6 +17,8 @@ const THEMES = {
 };
 /** After this many milliseconds without motion the picture is drawn finely. */
 const REST = 150;
+/** Pictures that take more milliseconds are slow. */
+const SLOW = 40;
 
 class Viewer {
   constructor(run) {
@@ -29,8 +31,8 @@ class Viewer {
     const asked = run.header.colour ?? tellingColour(run);
     this.colour = Math.max(run.header.quantities.findIndex((quantity) => quantity.name === asked), 0);
     this.picked = -1;
-    this.shows = { walls: true, shadows: true, axes: false, ways: false, trails: false, bonds: (run.header.bonds ?? []).length > 0, perspective: false, haze: false };
-    /** Groups that are hidden; bodies whose centres are beyond this part of the run's depth are hidden too. */
+    this.shows = { walls: true, shadows: true, axes: false, ways: false, trails: false, bonds: run.header.bonded, perspective: false, haze: false };
+    /** Groups that are hidden, and the part of the run's depth that is not cut off. */
     this.hidden = new Set();
     this.cut_part = 1;
     this.planar = run.header.planar;
@@ -71,7 +73,8 @@ class Viewer {
     this.buildShown();
     showGroups(this);
     byId("measures").hidden = !header.steps && !header.measures;
-    byId("plot-measures").hidden = !header.measures;
+    this.curves = new Set((header.measures?.curves ?? []).slice(0, MOST_CURVES).map(([name]) => name));
+    showCurves(this);
     byId("plot").hidden = !header.steps;
     if (header.steps) byId("plot-note").textContent = header.steps.note;
     showAbout(header);
@@ -84,7 +87,7 @@ class Viewer {
     const { header, states } = this.run;
     const more = { perspective: ["Perspective", "what is near is larger"], haze: ["Haze", "what is far is paler"] };
     const offered = {
-      axes: true, ways: states.length > 1 || header.live, trails: states.length > 1 || header.live, bonds: (header.bonds ?? []).length > 0,
+      axes: true, ways: states.length > 1 || header.live, trails: states.length > 1 || header.live, bonds: header.bonded,
       perspective: !this.planar, haze: !this.planar,
     };
     this.show_buttons = new Map();
@@ -123,13 +126,13 @@ class Viewer {
     return this.cut_part < 1 && dot(this.cut, centreOf(state, i)) > this.cut[3];
   }
 
-  /** Hides what is nearer to the viewer than a part of the run's depth, from the look of this moment on. */
+  /** Cuts off what is nearer to the viewer than a part of the run's depth, from the look of this moment on. */
   setCut(part) {
     this.cut_part = Math.min(Math.max(part, 0), 1);
     byId("cut").value = Math.round(1000 * this.cut_part);
     const toward = this.camera.axes[2];
     const [[, , low], [, , high]] = extentOf(this.camera.axes, [this.state]);
-    this.cut = [...toward, this.cut_part >= 1 ? 1e30 : low + this.cut_part * (high - low)];
+    this.cut = this.cut_part >= 1 ? null : [...toward, low + this.cut_part * (high - low)];
     this.overlaid = null;
     this.request();
   }
@@ -390,7 +393,9 @@ class Viewer {
     if ((!steps && !measures) || this.at === undefined) return;
     const style = getComputedStyle(document.documentElement);
     const ink = Object.fromEntries(["ink", "soft", "line", "accent"].map((name) => [name, style.getPropertyValue(`--${name}`)]));
-    if (measures) drawPlot(byId("plot-measures"), measures, measures.curves, this.state.time, ink);
+    const shown = (measures?.curves ?? []).filter(([name]) => this.curves.has(name));
+    byId("plot-measures").hidden = !shown.length;
+    if (shown.length) drawPlot(byId("plot-measures"), measures, shown, this.state.time, ink);
     if (steps) drawPlot(byId("plot"), steps, CURVES, this.state.time, ink);
   }
 
@@ -438,16 +443,33 @@ class Viewer {
     this.request();
   }
 
-  /** Draws soon, and finely when nothing has moved for a while. */
+  /** Draws soon, and finely when nothing has moved for a while. Where drawing is slow, the next picture waits for the last one. */
   request() {
     clearTimeout(this.resting);
+    this.resting = undefined;
+    this.asked = true;
     if (this.drawing) return;
     this.drawing = requestAnimationFrame(() => {
-      this.drawing = undefined;
+      this.asked = false;
       this.draw(false);
-      // Only now: a slow browser has waited longer than that for this frame, and the coarse picture would come last.
-      this.resting = setTimeout(() => this.draw(true), this.playing ? 10 * REST : REST);
+      this.painter.drawn().then((took) => {
+        this.took = took;
+        if (this.slow) this.next();
+      });
+      this.slow = this.took > SLOW;
+      if (!this.slow) this.next();
     });
+  }
+
+  next() {
+    this.drawing = undefined;
+    if (this.asked) return this.request();
+    // Only now: a slow browser has waited longer than that for this frame, and the coarse picture would come last.
+    this.resting = setTimeout(() => {
+      this.resting = undefined;
+      this.draw(true);
+    }, this.playing ? 10 * REST : Math.max(REST, this.took ?? 0));
+    return undefined;
   }
 
   draw(fine) {
@@ -498,6 +520,7 @@ async function start(read) {
     const unpacked = performance.now();
     const viewer = new Viewer(run);
     viewer.draw(false);
+    await viewer.painter.drawn();
     // Milliseconds since the page was asked for.
     viewer.opened = { read: unpacked, drawn: performance.now() };
     window.viewer = viewer;

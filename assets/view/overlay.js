@@ -12,7 +12,7 @@ const OVERLAYS = {
   axes: ["Axes", "the axis of each body", axisLines],
   ways: ["Velocities", "the way of each body to the next state, by its velocity between both", wayLines],
   trails: ["Trails", "the ways that bodies came", trailLines],
-  bonds: ["Bonds", "the scene's bonds that hold", bondLines],
+  bonds: ["Bonds", "the bonds that hold", bondLines],
 };
 
 const centreOf = (state, i) => [state.place[3 * i], state.place[3 * i + 1], state.place[3 * i + 2]];
@@ -89,20 +89,33 @@ function trailLines(viewer) {
   return ends;
 }
 
+/** Lines of the bonds that hold, through the centres, as an end may be inside of its body. */
 function bondLines(viewer) {
-  const { state, run } = viewer;
-  const rows = rowsOf(run, state);
-  const broken = new Set(run.header.states[viewer.at].broken_bonds ?? []);
+  const { state } = viewer;
   const ends = [];
+  const add = (i, j, points) => {
+    if (viewer.isHidden(i) || viewer.isHidden(j)) return;
+    const [a, b] = [i, j].map((body, k) => plus(centreOf(state, body), rotated(turnOf(state, body), points[k])));
+    const near = viewer.nearest(b, a);
+    ends.push(...centreOf(state, i), ...a, ...a, ...near, ...near, ...viewer.nearest(centreOf(state, j), a));
+  };
+  if (state.bonds) {
+    const { a, b, ends: of } = state.bonds;
+    for (let k = 0; k < a.length; k++) add(a[k], b[k], of.map((axes) => axes.map((values) => values[k])));
+  } else {
+    statedBonds(viewer, add);
+  }
+  return ends;
+}
+
+/** The scene's bonds, of a run whose states do not have them. */
+function statedBonds({ state, run, at }, add) {
+  const rows = rowsOf(run, state);
+  const broken = new Set(run.header.states[at].broken_bonds ?? []);
   run.header.bonds.forEach(([ids, points], number) => {
     const [i, j] = ids.map((id) => rows[run.table.rows.get(id) ?? -1] ?? -1);
-    if (i < 0 || j < 0 || broken.has(number) || viewer.isHidden(i) || viewer.isHidden(j)) return;
-    const [a, b] = [i, j].map((body, k) => plus(centreOf(state, body), rotated(turnOf(state, body), points[k])));
-    // Through the centres, as an end may be inside of its body.
-    ends.push(...centreOf(state, i), ...a, ...a, ...viewer.nearest(b, a));
-    ends.push(...viewer.nearest(b, a), ...viewer.nearest(centreOf(state, j), a));
+    if (i >= 0 && j >= 0 && !broken.has(number)) add(i, j, points);
   });
-  return ends;
 }
 
 /** A number from 0 to 1 for a body's id, such that ids near each other are far apart. */

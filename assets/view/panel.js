@@ -73,6 +73,8 @@ function drawBar(scale, width) {
 
 /** Pixels of a curve's strip. */
 const STRIP = 58;
+/** So many measures are drawn at first: more strips are a long way to scroll. */
+const MOST_CURVES = 12;
 const CURVES = [["bodies", "bodies"], ["constraints", "constraints"], ["recursions", "recursions"], ["max_overlap", "overlap"]];
 
 /** The groups with their colours; a click hides one. */
@@ -100,6 +102,25 @@ function showGroups(viewer) {
     button.addEventListener("click", () => viewer.hide(group, !viewer.hidden.has(group)));
     return button;
   }));
+}
+
+/** The run's measures by name; a click draws one or leaves it out. */
+function showCurves(viewer) {
+  const { measures } = viewer.run.header;
+  byId("curves").hidden = !measures || measures.curves.length < 2;
+  if (byId("curves").hidden) return;
+  byId("curve-names").replaceChildren(...measures.curves.map(([name, title]) => {
+    const button = made("button", title);
+    button.setAttribute("aria-pressed", String(viewer.curves.has(name)));
+    button.addEventListener("click", () => {
+      if (!viewer.curves.delete(name)) viewer.curves.add(name);
+      button.setAttribute("aria-pressed", String(viewer.curves.has(name)));
+      viewer.replot();
+    });
+    return button;
+  }));
+  const all = measures.curves.length;
+  byId("curves").firstElementChild.textContent = `Which of ${all} measures`;
 }
 
 /** The numbers of the scene. */

@@ -1,8 +1,10 @@
 //! Figures that go into a paper as they are: one column or a page wide, text of eight points, colours that colour-blind
-//! readers tell apart (Okabe and Ito 2008; times by the viridis scale), names over the axes and not on the data.
+//! readers tell apart (Okabe and Ito 2008; times by the viridis scale), the names of curves at their ends or over
+//! the axes and not on the data.
 
 pub(crate) mod backend;
 pub(crate) mod drawing;
+pub(crate) mod ends;
 pub(crate) mod head;
 
 pub use crate::page::Format;

@@ -10,7 +10,7 @@
 //! Chim. 68, 1106 (1949)).
 
 use super::clusters::components;
-use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Cell, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, count};
 use crate::bodies::{Bodies, HeldBond};
 use glam::DVec3;
 
@@ -44,7 +44,7 @@ impl Measure for OfBonds {
             name: "bonds",
             line: "bonds: tension, bending energy, and the lengths of chains",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &PROFILE, drawn: 2, counts: None }),
+            profile: Some(Profile { columns: &PROFILE, drawn: 2, counts: None, marks: Marks::Curves }),
             plots: &[
                 &["bond_tension_mean", "bond_tension_most"],
                 &["bending_energy"],

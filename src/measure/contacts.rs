@@ -4,7 +4,7 @@
 //! multiplier of their rows is above zero, which only a checkpoint has. M. van Hecke, J. Phys. Condens. Matter 22,
 //! 033101 (2010) for the coordination number.
 
-use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Cell, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, count};
 
 const COLUMNS: [Column; 7] = [
     Column { name: "contact_cutoff", what: "separation up to which a pair touches; a length" },
@@ -31,7 +31,7 @@ impl Measure for Contacts {
             name: "contacts",
             line: "contacts per body: those that touch, and those that push",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None, marks: Marks::Bars }),
             plots: &[&["touching_per_body", "pushing_per_body"]],
         }
     }

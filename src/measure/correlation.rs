@@ -10,7 +10,7 @@
 //! column of pairs shows how reliable a bin is.
 
 use super::bins::Bins;
-use super::{About, Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
+use super::{About, Cell, Column, Counts, Found, LeftOut, Marks, Measure, Profile, Spread, View, cell, count};
 use crate::periodic::Periods;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
@@ -54,6 +54,7 @@ impl Measure for Correlation {
                 columns: &PROFILE,
                 drawn: 1,
                 counts: Some(Counts { column: 2, spread: Spread::OfMean(DEVIATION) }),
+                marks: Marks::Curves,
             }),
             plots: &[&["correlation_length"]],
         }

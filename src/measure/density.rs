@@ -4,7 +4,7 @@
 
 use super::bins::Bins;
 use super::packing::spread;
-use super::{About, Column, Found, LeftOut, Measure, Profile, View, cell, radius};
+use super::{About, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, radius};
 
 const COLUMNS: [Column; 1] =
     [Column { name: "density_bin", what: "width of the rings of the density profile; a length" }];
@@ -25,7 +25,7 @@ impl Measure for Density {
             name: "density",
             line: "density by distance from the centre",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None, marks: Marks::Curves }),
             plots: &[],
         }
     }

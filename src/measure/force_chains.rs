@@ -4,7 +4,7 @@
 //! (1996); a chain here is one of its connected components, straight or not.
 
 use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
-use super::{About, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, count};
 
 const COLUMNS: [Column; 6] = [
     Column { name: "chain_threshold", what: "the mean contact force, over which a contact is in a chain; a force" },
@@ -24,7 +24,7 @@ impl Measure for ForceChains {
             name: "force_chains",
             line: "force chains: contacts over the mean force and their components",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None }),
+            profile: Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None, marks: Marks::Bars }),
             plots: &[&["chain_mean", "chain_largest"]],
         }
     }

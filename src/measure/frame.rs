@@ -34,6 +34,9 @@ pub struct Frame {
     /// The walls, if the scene is available.
     #[serde(skip)]
     pub(super) walls: Vec<Wall>,
+    /// The names of groups, if the scene is available.
+    #[serde(skip)]
+    pub(super) group_names: Vec<String>,
     /// Whether contacts are those of sub-spheres, if the scene is available.
     #[serde(skip)]
     pub(super) sub_spheres: bool,
@@ -61,6 +64,7 @@ impl Frame {
             fixed: Fixed::default(),
             friction: None,
             walls: Vec::new(),
+            group_names: Vec::new(),
             sub_spheres: false,
             removes: false,
         })
@@ -79,6 +83,7 @@ impl Frame {
             fixed: scene.fixed(),
             friction: Some(scene.friction()).filter(|friction| !friction.is_none()),
             walls: scene.walls.clone(),
+            group_names: scene.group_names(),
             sub_spheres: matches!(scene.contact.method, Method::Multisphere { .. }),
             removes: !scene.removal.is_empty(),
         }

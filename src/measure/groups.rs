@@ -4,7 +4,7 @@
 //! groups, `1 - sum of n (n - 1) / (N (N - 1))` (E. H. Simpson, Nature 163, 688 (1949)). Bodies without a group are a
 //! group of their own.
 
-use super::{About, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, count};
 use crate::bodies::NO_GROUP;
 use std::collections::BTreeMap;
 
@@ -52,7 +52,7 @@ impl Measure for Groups {
             name: "groups",
             line: "numbers and lengths of bodies by group",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None, marks: Marks::Kinds }),
             plots: &[&["group_largest", "group_smallest"], &["group_diversity"]],
         }
     }

@@ -1,7 +1,7 @@
 //! Lengths of rods, tip to tip: mean, standard deviation (of the population: divided by N), extremes, histogram.
 
 use super::view::median;
-use super::{About, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
+use super::{About, Column, Counts, Found, LeftOut, Marks, Measure, Profile, Spread, View, cell, count};
 use std::collections::BTreeMap;
 
 const COLUMNS: [Column; 5] = [
@@ -34,6 +34,7 @@ impl Measure for Length {
                 columns: &PROFILE,
                 drawn: 1,
                 counts: Some(Counts { column: 2, spread: Spread::OfCount }),
+                marks: Marks::Curves,
             }),
             plots: &[&["length_mean", "length_least", "length_most"]],
         }

@@ -5,7 +5,7 @@
 //! the user chooses. A body with an axis that is aligned with no touching body is a domain of one.
 
 use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
-use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell};
+use super::{About, Cell, Column, Found, LeftOut, Marks, Measure, Profile, View, cell};
 
 const COLUMNS: [Column; 6] = [
     Column { name: "domain_angle_degrees", what: "largest angle between touching bodies of one domain" },
@@ -28,7 +28,7 @@ impl Measure for Microdomains {
             name: "microdomains",
             line: "microdomains: touching bodies that are nearly parallel",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None }),
+            profile: Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None, marks: Marks::Bars }),
             plots: &[&["domains"], &["domain_mean", "domain_largest"]],
         }
     }

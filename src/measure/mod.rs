@@ -115,6 +115,19 @@ pub struct Profile {
     pub drawn: usize,
     /// The column with the counts of a row, if it has one.
     pub counts: Option<Counts>,
+    /// What it is drawn as.
+    pub marks: Marks,
+}
+
+/// What a profile is drawn as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Marks {
+    /// Curves over a distance, a length or a time, of several states.
+    Curves,
+    /// Bars over a whole number, of several states.
+    Bars,
+    /// A bar for each kind, of the last state.
+    Kinds,
 }
 
 /// The counts of the rows of a profile, and how errors follow from them.
@@ -148,7 +161,7 @@ pub struct About {
     pub columns: &'static [Column],
     /// Its profile, if it has one.
     pub profile: Option<Profile>,
-    /// The columns to be drawn over time, those in one plot together; a plot is named after its first column.
+    /// The columns to be drawn over time, one panel for each list; the figure is named after the first column of all.
     pub plots: &'static [&'static [&'static str]],
 }
 

@@ -6,7 +6,7 @@
 //! ratio of sums over bodies (W. G. Cochran, *Sampling Techniques*, 1977, section 6.3).
 
 use super::tracks::{Track, Tracks};
-use super::{About, Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
+use super::{About, Cell, Column, Counts, Found, LeftOut, Marks, Measure, Profile, Spread, View, cell, count};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -49,6 +49,7 @@ impl Measure for Msd {
                 columns: &PROFILE,
                 drawn: 1,
                 counts: Some(Counts { column: 6, spread: Spread::Column(2) }),
+                marks: Marks::Curves,
             }),
             plots: &[&["msd"], &["msr"]],
         }

@@ -1,6 +1,6 @@
 //! Removed bodies: their number so far, by rule, and their rate since the last state.
 
-use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Cell, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, count};
 
 const COLUMNS: [Column; 3] = [
     Column { name: "removed", what: "bodies removed since the start" },
@@ -29,7 +29,7 @@ impl Measure for Removed {
             name: "removal",
             line: "bodies removed, and the rate at which they leave",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None, marks: Marks::Kinds }),
             plots: &[&["removed"], &["removal_rate"]],
         }
     }

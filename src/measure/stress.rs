@@ -10,7 +10,7 @@
 
 use super::bins::Bins;
 use super::density::ring;
-use super::{About, Column, Found, LeftOut, Measure, Profile, View, cell, count, radius};
+use super::{About, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, count, radius};
 use glam::{DMat3, DVec3};
 
 const COLUMNS: [Column; 10] = [
@@ -48,7 +48,7 @@ impl Measure for Stress {
             name: "stress",
             line: "contact stress, pressure and its profile",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None, marks: Marks::Curves }),
             plots: &[&["pressure", "shear"], &["force_mean", "force_most"]],
         }
     }

@@ -59,6 +59,7 @@ fn frame(planar: bool) -> Frame {
         fixed: Default::default(),
         friction: None,
         walls: Vec::new(),
+        group_names: Vec::new(),
         sub_spheres: false,
         removes: false,
     }

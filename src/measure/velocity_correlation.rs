@@ -6,7 +6,7 @@
 //! O. Shochet, Phys. Rev. Lett. 75, 1226 (1995)).
 
 use super::correlation::{self, Pairs};
-use super::{About, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
+use super::{About, Column, Counts, Found, LeftOut, Marks, Measure, Profile, Spread, View, cell, count};
 use glam::DVec3;
 
 const COLUMNS: [Column; 6] = [
@@ -37,6 +37,7 @@ impl Measure for VelocityCorrelation {
                 columns: &PROFILE,
                 drawn: 1,
                 counts: Some(Counts { column: 2, spread: Spread::OfMean(correlation::DEVIATION) }),
+                marks: Marks::Curves,
             }),
             plots: &[&["velocity_correlation_length"], &["velocity_order"], &["speed_mean"]],
         }

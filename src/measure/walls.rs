@@ -5,7 +5,7 @@
 //! `gamma` over its area. A torque is about the point that the wall turns about, where that is at the state's time. In
 //! periodic space a force acts at all images, so that there is no torque.
 
-use super::{About, Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{About, Cell, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, count};
 use crate::walls::{WallPush, Walls};
 use glam::DVec3;
 
@@ -67,7 +67,7 @@ impl Measure for OnWalls {
             name: "walls",
             line: "force, torque and pressure on each wall",
             columns: &COLUMNS,
-            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None }),
+            profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None, marks: Marks::Kinds }),
             plots: &[&["wall_force", "wall_force_most"], &["wall_pressure"]],
         }
     }

@@ -1,5 +1,5 @@
 //! `lineage.csv`: one row per life that ended, by division or by removal. With the bodies of the last state it gives
-//! the ancestry of all bodies of a run.
+//! the ancestry of all bodies of a run. Without `removal` in the scene it has only bodies that changes removed.
 
 use super::error::RecordError;
 use super::rows::Rows;
@@ -15,7 +15,7 @@ const COLUMNS: [&str; 9] = ["step", "time", "id", "parent", "birth", "generation
 pub struct LifeRow {
     /// The step that ended it, from 1.
     pub step: u64,
-    /// The time: for a division the step's start, else its end.
+    /// The time: for a division and a change the step's start, else its end.
     pub time: f64,
     /// The id of the body.
     pub id: u64,
@@ -27,9 +27,9 @@ pub struct LifeRow {
     pub generation: u32,
     /// The name of its group; empty if it had none.
     pub group: String,
-    /// `division`, `outside`, `inside` or `rate`.
+    /// `division`, `outside`, `inside`, `rate` or `change`.
     pub cause: String,
-    /// The index in the scene's `removal` of the rule that removed it; empty if it divided.
+    /// The index in the scene's `removal` of the rule that removed it; empty if none did.
     pub rule: Option<usize>,
 }
 
@@ -50,7 +50,7 @@ impl LifeRow {
     }
 }
 
-/// The file, open for writing; none if the scene removes no bodies.
+/// The file, open for writing; none as long as no body is removed that the scene has no `removal` for.
 #[derive(Debug)]
 pub(crate) struct Lives {
     rows: Rows,
@@ -61,6 +61,16 @@ impl Lives {
     /// Starts the file.
     pub(crate) fn create(path: &Path, groups: Vec<String>) -> Result<Self, RecordError> {
         Ok(Lives { rows: Rows::create(path, &COLUMNS)?, groups })
+    }
+
+    /// Whether a run without `removal` has begun the file. One that was killed as it did so has left an empty one, which
+    /// goes.
+    pub(crate) fn is_begun(path: &Path) -> Result<bool, RecordError> {
+        let empty = std::fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() == 0);
+        if empty {
+            std::fs::remove_file(path).map_err(RecordError::io(path, "remove it"))?;
+        }
+        Ok(path.is_file())
     }
 
     /// Reopens the file as it was after step `last`: rows of later steps are removed.

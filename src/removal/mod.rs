@@ -36,6 +36,8 @@ pub enum Cause {
     Inside,
     /// It died at a rate.
     Rate,
+    /// A change between two steps removed it: one of the scene's `changes`, or its user's.
+    Change,
 }
 
 impl Cause {
@@ -46,6 +48,7 @@ impl Cause {
             Cause::Outside => "outside",
             Cause::Inside => "inside",
             Cause::Rate => "rate",
+            Cause::Change => "change",
         }
     }
 }
@@ -55,7 +58,7 @@ impl Cause {
 pub struct Ended {
     /// The step that ended it, from 1.
     pub step: u64,
-    /// When: of a division the step's start, else its end.
+    /// When: of a division and a change the step's start, else its end.
     pub time: f64,
     /// Whose it was.
     pub line: Lineage,
@@ -63,7 +66,7 @@ pub struct Ended {
     pub group: u32,
     /// Why.
     pub cause: Cause,
-    /// The index in the scene's `removal` of the rule that removed it.
+    /// The index in the scene's `removal` of the rule that removed it, if one did.
     pub rule: Option<usize>,
 }
 

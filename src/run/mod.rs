@@ -207,8 +207,8 @@ impl Run {
         let steps = Steps::reopen(&folder.steps(), last_row)?;
         let measures = Measures::reopen(&folder.measures(), simulation.scene(), last_row)?;
         let groups = simulation.scene().group_names();
-        let lives = removes(simulation.scene()).then(|| Lives::reopen(&folder.lineage(), groups, header.step));
-        let lives = lives.transpose()?;
+        let begun_file = removes(simulation.scene()) || Lives::is_begun(&folder.lineage())?;
+        let lives = begun_file.then(|| Lives::reopen(&folder.lineage(), groups, header.step)).transpose()?;
         folder.rewind(header.step)?;
         let mut totals = header.totals.unwrap_or_default();
         let setup = begun.elapsed().as_secs_f64();
@@ -307,14 +307,22 @@ impl Run {
         Ok(report)
     }
 
+    /// Without `removal` the file begins with the first body that a change takes out.
+    fn record_lives(&mut self) -> Result<(), RecordError> {
+        let ended = self.simulation.ended();
+        if self.lives.is_none() && !ended.is_empty() {
+            let groups = self.simulation.scene().group_names();
+            self.lives = Some(Lives::create(&self.folder.lineage(), groups)?);
+        }
+        self.lives.as_mut().map_or(Ok(()), |lives| lives.push(ended))
+    }
+
     fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
         let begun = Instant::now();
         tell(report, self.simulation.scene().contact.overlap_tolerance, wall);
         self.latest = Some((*report, wall));
         self.follow_changes();
-        if let Some(lives) = &mut self.lives {
-            lives.push(self.simulation.ended())?;
-        }
+        self.record_lives()?;
         // The schedule does not know the end in advance.
         let done = self.simulation.done();
         if done || self.schedule.row_due(report.step) {

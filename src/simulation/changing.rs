@@ -1,6 +1,7 @@
 //! The changes of a scene during its simulation.
 
 use super::change::{Change, ChangeError, Limits, Which};
+use super::leaving::taken_out;
 use super::{Compute, Simulation};
 use crate::error::Error;
 use crate::scene::changes::Changed;
@@ -191,8 +192,13 @@ impl Simulation {
             true => Some(of(&scene, made + 1)?.step),
             false => None,
         };
-        let edited = edited(&scene, Cow::Borrowed(self.state()?), &whole.changes[made]);
+        let before = self.state()?;
+        let edited = edited(&scene, Cow::Borrowed(before), &whole.changes[made]);
         let mut state = edited.map_err(|fault| refuse(format!("changes.{made}: {fault}")))?.into_owned();
+        let gone = match whole.changes[made].remove.is_empty() {
+            true => Vec::new(),
+            false => taken_out(&before.bodies, &state.bodies, step + 1, self.time()),
+        };
         if !keeps_multipliers {
             state.warm.clear();
         }
@@ -203,6 +209,8 @@ impl Simulation {
         }
         std::mem::swap(&mut next.keep, &mut self.keep);
         next.rules = self.rules.take();
+        next.taken_out = std::mem::take(&mut self.taken_out);
+        next.taken_out.extend(gone);
         next.changing = self.changing.take().map(|changing| Box::new(Changing { made: made + 1, due, ..*changing }));
         *self = next;
         Ok(())

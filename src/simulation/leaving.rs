@@ -1,9 +1,10 @@
 //! The removal of bodies at the end of a step, and the lives that end.
 
-use crate::bodies::Lineage;
+use crate::bodies::{Bodies, Lineage};
 use crate::removal::{Cause, Ended, Removals};
 use crate::scene::Scene;
 use crate::step::{Divided, Fault, Keeper, LIFE_WORDS, StepReport, Time};
+use std::collections::HashSet;
 
 /// The rules of a scene's removal, and the bodies after the last step.
 pub(super) struct Leaving {
@@ -74,6 +75,14 @@ impl Leaving {
         let rule = rule as usize;
         Ended { step, time: now, line, group, cause: self.rules.cause(rule), rule: Some(rule) }
     }
+}
+
+/// The lives of the bodies that a change took out between two steps, before the step of this number, at this time.
+pub(super) fn taken_out(before: &Bodies, after: &Bodies, step: u64, time: f64) -> Vec<Ended> {
+    let stay: HashSet<u64> = after.lineage.iter().map(|line| line.id).collect();
+    let gone = before.lineage.iter().zip(&before.group).filter(|(line, _)| !stay.contains(&line.id));
+    gone.map(|(line, group)| Ended { step, time, line: *line, group: *group, cause: Cause::Change, rule: None })
+        .collect()
 }
 
 /// Packs a life that ended. The words sort as lives are listed: divisions, then removals, each by body.

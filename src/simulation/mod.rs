@@ -79,6 +79,9 @@ pub struct Simulation {
     stopped_by: Option<StopReason>,
     /// The removal of bodies, if the scene has rules for it.
     leaving: Option<Leaving>,
+    /// The lives that ended in the last step, and by changes since.
+    ended: Vec<Ended>,
+    taken_out: Vec<Ended>,
     rules: Option<Box<dyn Rules>>,
     /// What the scene allows its bodies to be, once the state was changed.
     limits: Option<Box<Limits>>,
@@ -165,6 +168,8 @@ impl Simulation {
             keep,
             stopped_by: None,
             leaving: None,
+            ended: Vec::new(),
+            taken_out: Vec::new(),
             rules: None,
             limits: None,
             region,
@@ -237,9 +242,10 @@ impl Simulation {
         self.stopped_by.is_some() || self.steps() >= self.scene.time.steps()
     }
 
-    /// The lives that ended in the last step: first by division, then by removal. Empty if the scene has no `removal`.
+    /// The lives that ended in the last step: first by changes before it, then by division, then by removal; the last
+    /// two only if the scene has `removal`.
     pub fn ended(&self) -> &[Ended] {
-        self.leaving.as_ref().map_or(&[], Leaving::ended)
+        &self.ended
     }
 
     /// The number of bodies that the scene's `removal` has removed, including those before a resumption.
@@ -266,6 +272,7 @@ impl Simulation {
     pub fn step(&mut self) -> Result<StepReport, Fault> {
         #[cfg(feature = "files")]
         self.make_changes()?;
+        self.ended = std::mem::take(&mut self.taken_out);
         let Some(mut rules) = self.rules.take() else {
             let report = self.advance()?;
             return self.finish(report);
@@ -295,6 +302,7 @@ impl Simulation {
     fn finish(&mut self, mut report: StepReport) -> Result<StepReport, Fault> {
         if let Some(leaving) = &mut self.leaving {
             leaving.apply(self.backend.as_mut(), &self.scene.time, &mut report)?;
+            self.ended.extend_from_slice(leaving.ended());
         }
         self.check_stop()?;
         Ok(report)

@@ -37,7 +37,9 @@ pub(super) struct Header {
     groups: Vec<String>,
     periods: [Option<f64>; 3],
     walls: Vec<Wall>,
-    /// The bonds between bodies with these ids, from a point of each in its axes.
+    /// Whether bodies have bonds, or may get some.
+    bonded: bool,
+    /// Where states do not tell which hold: the bonds between bodies with these ids, from a point of each in its axes.
     bonds: Vec<([u64; 2], [[f64; 3]; 2])>,
     quantities: Vec<Told>,
     measured: Vec<&'static str>,
@@ -174,7 +176,8 @@ impl Header {
             groups: scene.map(Scene::group_names).unwrap_or_default(),
             periods: chosen.periods,
             walls: scene.map(|scene| scene.walls.clone()).unwrap_or_default(),
-            bonds: scene.map(bonds).unwrap_or_default(),
+            bonded: packer.bonds.any || scene.is_some_and(is_bonded),
+            bonds: scene.filter(|_| !packer.bonds.any).map(bonds).unwrap_or_default(),
             quantities,
             measured: given(),
             table: Shared { bodies: packer.table.len(), columns: packer.table.block().layout() },
@@ -223,6 +226,11 @@ impl Packer {
     }
 }
 
+/// Whether a scene has bonds or joints, or makes some.
+fn is_bonded(scene: &Scene) -> bool {
+    !bonds(scene).is_empty() || scene.growth.iter().any(|species| species.bond_daughters.is_some())
+}
+
 /// The bonds of a scene, of joints too.
 fn bonds(scene: &Scene) -> Vec<([u64; 2], [[f64; 3]; 2])> {
     scene.bonds().ends()
@@ -254,7 +262,7 @@ fn about(chosen: &Chosen, viewed: &Viewed) -> Vec<String> {
             env!("CARGO_PKG_VERSION"),
             viewed.states
         ),
-        "Rays meet the smooth surfaces themselves, as in the pictures of `relcp render`. The projection is parallel: a length is the same everywhere.".into(),
+        "Rays meet the smooth surfaces themselves, as in the pictures of `relcp render`. Without perspective the projection is parallel: a length is the same everywhere.".into(),
         format!(
             "Centres are in steps of {:.3e}; the largest error along an axis is {centre:.3e}. Turns are off by at most {turn_degrees:.1e} degrees. \
              The turn of a body about an axis about which it is round is not kept.",

@@ -7,6 +7,7 @@
 //!
 //! * `places`: centres, turns and lengths;
 //! * `bodies`: what all states share of a body: its id, parent, birth, generation, group, shape and sizes;
+//! * `bonds`: the bonds that hold;
 //! * `values`: the colour quantity;
 //! * `contacts`: contacts with their forces;
 //! * `steps`: the run's `steps.csv` and `measures.csv`, thinned;
@@ -18,6 +19,7 @@
 //! along the body's axes.
 
 mod bodies;
+mod bonds;
 mod columns;
 mod contacts;
 mod header;
@@ -37,6 +39,7 @@ use crate::render::{Quantity, RenderError};
 use crate::scene::Scene;
 use crate::walls::Walls;
 use bodies::Table;
+use bonds::Bonds;
 use columns::Block;
 use contacts::Touching;
 use header::{Header, StateHeader};
@@ -216,6 +219,7 @@ struct Packer {
     grid: Grid,
     table: Table,
     places: Places,
+    bonds: Bonds,
     scales: Scales,
     errors: Errors,
     headers: Vec<StateHeader>,
@@ -230,6 +234,7 @@ impl Packer {
             grid: chosen.grid,
             table: Table::default(),
             places: Places::default(),
+            bonds: Bonds::default(),
             scales: Scales::default(),
             errors: Errors::default(),
             headers: Vec::new(),
@@ -250,6 +255,7 @@ impl Packer {
         let half_length = if grown { places::lengths(&bodies, &mut block, &mut self.errors) } else { None };
         let mut about = StateHeader::new(&state);
         about.ranges.extend(half_length.map(|range| ("half_length", range)));
+        self.bonds.pack(&bodies, &mut block);
         measured.pack(&mut block, &mut about);
         self.scales.add(&state, &measured, &mut about);
         if let Some(touching) = touching {

@@ -21,9 +21,6 @@ pub(super) struct Steps {
     note: String,
 }
 
-/// The most measures that are plotted: more strips than these are a long way to scroll.
-const MOST_MEASURES: usize = 12;
-
 /// The measures of a run: the time, and each column under its name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Measures {
@@ -74,7 +71,7 @@ impl Measures {
         let rows: Vec<usize> = rows.iter().copied().step_by(rows.len().div_ceil(MOST).max(1)).collect();
         let mut measures = Measures { time: rows.iter().map(|row| times[*row]).collect(), ..Measures::default() };
         let is_measure = |name: &str| !["time", "step"].contains(&name);
-        for (name, column) in table.columns.iter().filter(|(name, _)| is_measure(name)).take(MOST_MEASURES) {
+        for (name, column) in table.columns.iter().filter(|(name, _)| is_measure(name)) {
             let Some(values) = numbers(column) else { continue };
             let at = |row: &usize| Some(values[*row]).filter(|value| value.is_finite());
             measures.columns.insert(name.clone(), rows.iter().map(at).collect());

@@ -349,12 +349,49 @@ fn a_page_has_the_measures_the_numbers_of_the_scene_and_the_bonds() {
     let text = fs::read_to_string(place.path().join("run/measures.csv")).unwrap();
     let rows = text.lines().count() - 1;
     assert_eq!(header["measures"]["radius_gyration"].as_array().unwrap().len(), rows);
-    let table = page.columns("bodies", &header["table"]["columns"]);
-    let bonds = header["bonds"].as_array().unwrap();
-    assert!(bonds.len() > 5);
-    for bond in bonds {
-        let ids = [0, 1].map(|k| bond[0][k].as_u64().unwrap() as u32);
-        assert!(ids[0] != ids[1] && ids.iter().all(|id| table["id"].contains(id)), "{bond}");
-        assert_eq!(bond[1][0].as_array().unwrap().len(), 3);
-    }
+    assert!(check_bonds(&place.path().join("run"), &page).iter().all(|bonds| *bonds > 5));
+}
+
+/// Checks the bonds of every state against what was recorded; how many hold in each.
+#[track_caller]
+fn check_bonds(run: &Path, page: &Page) -> Vec<usize> {
+    assert_eq!((&page.header["bonded"], &page.header["bonds"]), (&json!(true), &json!([])));
+    let states = States::open(run.to_str().unwrap()).unwrap();
+    // A state without them has those of the one before.
+    let mut last = BTreeMap::new();
+    let of_state = |i: usize| {
+        let read = page.columns(&format!("state-{i}"), &page.header["states"][i]["columns"]);
+        if read.contains_key("bond_a") {
+            last = read;
+        }
+        let bonds = states.read(i).unwrap().bodies.bonds.clone();
+        assert_eq!(last.get("bond_a").map_or(0, Vec::len), bonds.len(), "state {i}");
+        for (k, bond) in bonds.iter().enumerate() {
+            assert_eq!([last["bond_a"][k], last["bond_b"][k]], bond.bodies, "state {i}");
+            for (which, names) in
+                [["bond_ax", "bond_ay", "bond_az"], ["bond_bx", "bond_by", "bond_bz"]].iter().enumerate()
+            {
+                for (axis, name) in names.iter().enumerate() {
+                    assert_eq!(f32::from_bits(last[*name][k]), bond.at[which][axis] as f32, "state {i}, {name}");
+                }
+            }
+        }
+        bonds.len()
+    };
+    (0..states.len()).map(of_state).collect()
+}
+
+#[test]
+fn a_page_has_the_bonds_of_daughters_as_they_come() {
+    let place = tempfile::tempdir().unwrap();
+    colony(place.path(), &["--set", "growth.bond_daughters={\"stiffness\": 100}", "--quiet"]);
+    relcp(place.path(), &["view", "run", "--quiet"], 0);
+    let bonds = check_bonds(&place.path().join("run"), &Page::read(&place.path().join("run/view.html")));
+    let bodies = States::open(place.path().join("run").to_str().unwrap()).unwrap();
+    let bodies: Vec<usize> = (0..bodies.len()).map(|i| bodies.read(i).unwrap().bodies.len()).collect();
+    // A chain of cells has a bond less than cells.
+    assert!(
+        bodies.last() >= Some(&8) && bonds == bodies.iter().map(|bodies| bodies - 1).collect::<Vec<_>>(),
+        "{bonds:?}"
+    );
 }

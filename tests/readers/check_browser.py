@@ -32,7 +32,7 @@ LIVE = """new Promise((done, refuse) => { const look = () => {
   window.live ? done(true) : setTimeout(look, 5); }; look(); })"""
 OPENED = LIVE.replace("window.live ?", "window.viewer ?")
 AT_REST = """new Promise((done) => { const look = () => { const page = window.viewer;
-  if (page.playing || page.drawing || !page.drawn_finely) { page.play(false); if (!page.drawing) page.request(); return setTimeout(look, 300); }
+  if (page.playing || page.drawing || !page.drawn_finely) { page.play(false); if (!page.drawing && !page.resting) page.request(); return setTimeout(look, 300); }
   done(true); }; look(); })"""
 # The mean difference of the colours where either picture has a body, of 255, and how much of their bodies' pixels both
 # have. White paper is above PAPER.
@@ -261,6 +261,9 @@ def hands(browser, folder):
     for part in range(1, 21):
         browser.mouse("mouseMoved", [x + (y - x) * part / 20 for x, y in zip(at, beyond)], True)
         time.sleep(0.15)
+    # A busy machine takes fewer steps meanwhile: the hand stays until the cell has come some way, or has divided.
+    browser.until(f"""(() => {{ const i = viewer.state.list.indexOf({row});
+      return i < 0 || Math.hypot(...plus(centreOf(viewer.state, i), {before}, -1)) > 2.2 * viewer.painter.thickness; }})()""")
     browser.shot(os.path.join(folder, "2-dragged.png"))
     browser.run("live.control({ do: 'pause' })")
     browser.mouse("mouseReleased", beyond, False)

@@ -169,6 +169,10 @@ fn bodies_leave_and_come_at_their_time_and_the_run_goes_on_after_a_kill_to_the_s
     assert_eq!(all, [vec![0, 1, 2, 3], vec![0, 1, 2, 3], vec![0, 2, 3, 4, 5], vec![2, 3, 5], vec![2, 3, 5]]);
     let own = || Scene::read(Folder::view(&at("whole")).scene()).unwrap();
     assert_eq!(own().changes, row(&changes).changes);
+    // Changes act before the steps 16 and 31. Body 4 came with the first one.
+    let lives = |folder: &Path| fs::read_to_string(Folder::view(folder).lineage()).unwrap();
+    let removed: Vec<String> = lives(&at("whole")).lines().skip(1).map(str::to_owned).collect();
+    assert_eq!(removed, ["16,0.3,1,,0.0,0,row,change,", "31,0.6,0,,0.0,0,row,change,", "31,0.6,4,,0.3,0,row,change,"]);
     for steps in [10, 15, 16, 29, 30, 31, 50] {
         let folder = at(&format!("killed-{steps}"));
         let mut run = begin(&folder, own());
@@ -178,7 +182,19 @@ fn bodies_leave_and_come_at_their_time_and_the_run_goes_on_after_a_kill_to_the_s
         let again = to_end(Run::resume(own(), Folder::open(&folder).unwrap(), &Compute::Cpu).unwrap());
         assert_eq!(again.state_hash, whole.state_hash, "{steps}");
         assert_eq!(rows(&folder), rows(&at("whole")), "{steps}");
+        assert_eq!(lives(&folder), lives(&at("whole")), "{steps}");
     }
+    // A run that removes none has no such file; one that was killed as it began the file goes on.
+    let folder = at("empty-file");
+    let mut run = begin(&folder, own());
+    (0..10).for_each(|_| assert!(run.advance().is_ok()));
+    run.checkpoint().unwrap();
+    drop(run);
+    let path = Folder::view(&folder).lineage();
+    assert!(!path.exists());
+    fs::write(&path, b"").unwrap();
+    to_end(Run::resume(own(), Folder::open(&folder).unwrap(), &Compute::Cpu).unwrap());
+    assert_eq!(lives(&folder), lives(&at("whole")));
 }
 
 #[test]

@@ -182,9 +182,9 @@ class Run:
 
     @property
     def lineage(self):
-        """`lineage.csv`, a `Table` with one row per life that ended, by division or removal; of scenes with
-        `removal`."""
-        otherwise = "the scene has no removal; ids, parents, births and generations of each state have the ancestry"
+        """`lineage.csv`, a `Table` with one row per life that ended, by division, removal or a change; of scenes with
+        `removal`, and with bodies that changes removed."""
+        otherwise = "the scene has no removal and no change removed a body; ids, parents, births and generations of each state have the ancestry"
         return self._keep("lineage", lambda: self._table("lineage", otherwise))
 
     @property

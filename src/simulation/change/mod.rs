@@ -18,7 +18,7 @@ pub use error::ChangeError;
 pub use rules::{Cell, CellState, CellValues, Rules};
 
 use super::initial_region::InitialRegion;
-use super::leaving::Leaving;
+use super::leaving::{Leaving, taken_out};
 use super::{Simulation, check_pairs, parts_first};
 use crate::bodies::Bodies;
 use crate::scene::Body;
@@ -218,6 +218,11 @@ impl Simulation {
         let Applied { state, placed, counted, lengthened, differs, .. } = applied;
         if !differs {
             return Ok(());
+        }
+        if counted {
+            let (step, time) = (self.steps() + 1, self.time());
+            let gone = taken_out(&self.backend.state()?.bodies, &state.bodies, step, time);
+            self.taken_out.extend(gone);
         }
         if counted || (lengthened && self.device().is_some()) {
             self.rebuild(&state)?;
