@@ -22,7 +22,7 @@ RUNS = {
     "strains": ["two-strains", "time.end=4", "output.every=0.25"],
     "pile": ["pile", "output.every=0.2"],
     "filament": ["filament"],
-    "mail": ["chainmail", "time.end=2"],
+    "mail": ["chainmail", "time.end=1"],
     "chain": ["colony", "time.dt=0.01", "time.end=5", "output.every=0.1", "growth.bond_daughters={\"stiffness\": 100, \"bending\": 0.05}",
               "output.measures=[\"nematic\",\"radius\",\"packing\",\"length\",\"contacts\"]"],
     "ball": ["compaction", "output.forces=true"],
@@ -30,18 +30,20 @@ RUNS = {
 # Each picture: its run, where it looks (an address after #), what is done then, and the part that is kept: the stage, the panel, or an element.
 PICTURES = {
     "bonds": ("chain", "colour=length&show=bonds", "", "#stage"),
-    "axes": ("filament", "show=axes", "viewer.look('top')", "#stage"),
+    "axes": ("filament", "t=6&show=axes", "viewer.look('top'); viewer.camera.zoom(1.5)", "#stage"),
     "velocities": ("strains", "t=4&show=ways,walls", "viewer.camera.zoom(2.5)", "#stage"),
-    "trails": ("filament", "show=trails", "", "#stage"),
+    "trails": ("filament", "t=12&show=trails", "viewer.look('top')", "#stage"),
     "hidden": ("strains", "t=4&hidden=0&show=walls", "", "#stage"),
     "swatches": ("strains", "t=4", "", "#side"),
-    "cut": ("ball", "cut=0.5", "viewer.setColour(viewer.run.header.quantities.findIndex(({ name }) => name === 'force'))", "#stage"),
-    "perspective": ("pile", "show=perspective,walls", "viewer.camera.zoom(1.8)", "#stage"),
+    "cut": ("ball", "", "viewer.show(1e9); viewer.look(); viewer.camera.zoom(9); viewer.setCut(0.5); viewer.setColour(viewer.run.header.quantities.findIndex(({ name }) => name === 'force'))", "#stage"),
+    "perspective": ("pile", "show=perspective,walls", "", "#stage"),
     "haze": ("mail", "show=haze", "", "#stage"),
     "plots": ("chain", "t=3", "byId('curves').open = true; byId('measures').scrollIntoView()", "#side"),
     "scene": ("pile", "t=1", "byId('scene').open = true; byId('scene').scrollIntoView()", "#side"),
-    "contacts": ("ball", "t=8&pick=40", "viewer.focus(); viewer.camera.zoom(4)", "#stage"),
+    "contacts": ("ball", "pick=40", "viewer.play(false); viewer.show(1e9); viewer.focus(); viewer.camera.zoom(20)", "#stage"),
 }
+# Those whose legend is part of what they show.
+WITH_LEGEND = ["bonds", "cut"]
 # Of a phone, light and dark.
 PHONE = {"width": 360, "height": 640, "deviceScaleFactor": 1, "mobile": True}
 
@@ -49,6 +51,7 @@ PHONE = {"width": 360, "height": 640, "deviceScaleFactor": 1, "mobile": True}
 def run_of(program, folder, name):
     out = os.path.join(folder, name)
     scene, *sets = RUNS[name]
+    # A long run may be stopped before its end: what it has recorded by then is shown.
     if not os.path.exists(os.path.join(out, "summary.json")):
         command = [program, "run", scene, "--out", out, "--quiet", "--backend", "cpu", "--set", "output.picture=false"]
         subprocess.run(command + [word for each in sets for word in ("--set", each)], check=True)
@@ -91,7 +94,8 @@ def main():
         size(browser, *((740, 330) if part == "#stage" else (740, 420)))
         browser.call("Page.navigate", url="about:blank")
         browser.open(f"{page}#{look}", OPENED)
-        browser.run(f"(viewer.play(false), {{}}); {then or '0'}; viewer.request()")
+        hide = "" if name in WITH_LEGEND else "byId('legend').style.visibility = 'hidden';"
+        browser.run(f"viewer.play(false); {hide} {then}; viewer.request()")
         browser.run(AT_REST)
         keep(browser, os.path.join(given.out, f"view-{name}.png"), part)
     for colours in ("light", "dark"):

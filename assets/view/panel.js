@@ -126,7 +126,9 @@ function showCurves(viewer) {
 /** The numbers of the scene. */
 function showParameters({ name, version, parameters }) {
   byId("scene").hidden = !parameters?.length;
-  const rows = (parameters ?? []).map(([key, value]) => made("tr", null, [made("th", key), made("td", JSON.stringify(value))]));
+  // The last digits of a sum of defaults say nothing.
+  const short = (value) => (typeof value === "number" ? String(Number(value.toPrecision(12))) : JSON.stringify(value));
+  const rows = (parameters ?? []).map(([key, value]) => made("tr", null, [made("th", key), made("td", short(value))]));
   byId("scene-text").replaceChildren(made("p", `${name}, by relcp ${version}`), made("table", null, [made("tbody", null, rows)]));
 }
 

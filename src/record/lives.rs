@@ -63,8 +63,8 @@ impl Lives {
         Ok(Lives { rows: Rows::create(path, &COLUMNS)?, groups })
     }
 
-    /// Whether a run without `removal` has begun the file. One that was killed as it did so has left an empty one, which
-    /// goes.
+    /// Whether a run without `removal` has begun the file. One that was killed as it did so has left an empty one:
+    /// it goes.
     pub(crate) fn is_begun(path: &Path) -> Result<bool, RecordError> {
         let empty = std::fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() == 0);
         if empty {
