@@ -143,6 +143,12 @@ fn a_growing_colony() {
     goes_on_long(&load("colony", &["time.dt=0.02", "time.end=5"]), 200, &[30, 101, 158]);
 }
 
+/// The mother is longer than cells at the start, so that another resolution of lengths would suit her.
+#[test]
+fn a_cell_that_is_about_to_divide() {
+    goes_on(&load("colony", &["time.dt=0.02", "time.end=5"]), 74, &[70]);
+}
+
 #[test]
 fn cells_that_feel_pressure_and_leave_a_channel() {
     let sets =

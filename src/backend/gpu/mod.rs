@@ -117,7 +117,8 @@ impl Device {
     pub fn new(gpu: Arc<Gpu>, precision: Precision, model: &Model, mut state: State) -> Result<Self, GpuError> {
         gpu.check(precision)?;
         Device::check(model)?;
-        let setup = Setup::new(model, &state.bodies.shape, precision)?;
+        let mut setup = Setup::new(model, &state.bodies.shape, precision)?;
+        setup.keep_pitch(&state);
         if let Some(cells) = &setup.growth {
             cells.settle(&mut state.bodies);
         }

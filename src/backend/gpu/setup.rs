@@ -5,12 +5,15 @@ use crate::gpu::{GpuError, Lattice, LatticePeriods, Precision};
 use crate::periodic::{CellShear, Periods};
 use crate::separation::branches::gpu::Branched;
 use crate::shape::Shape;
-use crate::step::{Model, Rows, Stepping, Time};
+use crate::step::{Model, Rows, State, Stepping, Time};
 use crate::walls::Walls;
 
 /// The resolution of growing lengths: the coarse part of a length is a multiple of the longest length over this, which
 /// a float holds exactly.
 const LENGTHS: f64 = 1_048_576.0;
+
+/// By how many factors of two a pitch that is kept may differ from a scene's own.
+const MOST_PITCHES_APART: f64 = 2.0;
 
 /// The properties of a scene that its kernels need.
 pub(crate) struct Setup {
@@ -108,6 +111,17 @@ impl Setup {
             thinnest,
             walls: model.walls.clone(),
         })
+    }
+
+    /// Continues with the pitch of lengths of a state that such a device left. A scene's own follows from its longest
+    /// body, and a cell that is about to divide is longer than any was at the start. Lengths are up to 2^20 of their
+    /// own pitch, and a float holds multiples up to 2^24.
+    pub fn keep_pitch(&mut self, state: &State) {
+        let Some(kept) = state.unrounded.as_ref().map(|had| had.kind[2]) else { return };
+        let steps = (kept / self.length_pitch).log2();
+        if steps.abs() <= MOST_PITCHES_APART && steps.fract() == 0.0 {
+            self.length_pitch = kept;
+        }
     }
 
     /// Vectors per motion of a body. With inertia, the rotational mobility is a matrix, and an angular momentum is
