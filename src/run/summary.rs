@@ -285,7 +285,7 @@ impl Summary {
             largest_axial_spin: totals.largest_axial_spin,
             steps_loosened: totals.steps_loosened,
             friction: (!scene.friction().is_none()).then(|| FrictionSummary {
-                elastic_slip: scene.elastic_slip(),
+                elastic_slip: scene.elastic_slip_in(simulation.precision()),
                 work: totals.friction_work,
                 held_solves: totals.friction_held,
                 largest_gap: totals.largest_friction_gap,

@@ -48,7 +48,11 @@ impl Compute {
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]
-            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &model, state)?),
+            Compute::Gpu { gpu, precision } => {
+                let mut model = model;
+                model.friction.elastic_slip = scene.elastic_slip_in(*precision);
+                Box::new(Device::new(gpu.clone(), *precision, &model, state)?)
+            }
         })
     }
 

@@ -158,7 +158,10 @@ impl Simulation {
         let Beginning { cutoff, parts_first, removed, region } = beginning;
         let mut plan = Plan::new(&scene.model(), cutoff);
         plan.parts_first = parts_first;
-        let tolerances = [Precision::F32, Precision::F64].map(|precision| scene.solver_tolerance(precision));
+        // Where the CPU solves for a device, it does so in f64.
+        let exact = Compute::host_solves(&scene);
+        let solved_in = |precision| if exact { Precision::F64 } else { precision };
+        let tolerances = [Precision::F32, Precision::F64].map(|of| scene.solver_tolerance(solved_in(of)));
         let keep = Keep::new(scene.solver.dump);
         let mut simulation = Simulation {
             scene,

@@ -146,8 +146,8 @@ impl Start {
         self.place_cell(setup);
     }
 
-    /// Begins the step after `steps` steps with the bodies that a device has: those of the step, of which each has grown
-    /// by its number in `lengthened`.
+    /// Begins the step after `steps` steps with the bodies that a device has: those of the step, which have grown by
+    /// the numbers in `lengthened`.
     #[cfg(feature = "gpu")]
     pub(super) fn begin_on_device(
         &mut self,
