@@ -140,9 +140,10 @@ function follow(viewer, link) {
     for (const name of Object.keys(viewer.shows)) if (name !== "shadows") viewer.setShown(name, shown.has(name));
   }
   if (said.has("hidden")) said.get("hidden").split(",").forEach((group) => viewer.hide(Number(group), true));
-  if (number("cut") !== null) viewer.setCut(number("cut"));
+  if (number("cut") !== null && !viewer.planar) viewer.setCut(number("cut"));
   const parts = (said.get("camera") ?? "").split(",").map(Number);
-  if (parts.length === 13 && parts.every(Number.isFinite) && parts[12] > 0) {
+  const is_turn = [0, 3, 6].every((k) => Math.abs(Math.hypot(...parts.slice(k, k + 3)) - 1) < 1e-3);
+  if (parts.length === 13 && parts.every(Number.isFinite) && is_turn && parts[12] > 0) {
     viewer.camera.axes = [0, 3, 6].map((k) => parts.slice(k, k + 3));
     viewer.camera.middle = plus(parts.slice(9, 12), run.header.origin, -1);
     viewer.camera.scale = viewer.canvas.clientHeight / parts[12];

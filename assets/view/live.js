@@ -237,7 +237,9 @@ class Live {
     const names = ["time", "bodies", "constraints", "recursions", "max_overlap"];
     const { header } = this.viewer.run;
     const steps = header.steps ??= { note: "Since the program was started. Click for the nearest state.", ...Object.fromEntries(names.map((name) => [name, []])) };
-    for (const point of points) names.forEach((name) => steps[name].push(point[name]));
+    // A question for a whole state is answered with all points.
+    const told = steps.time.at(-1) ?? -Infinity;
+    for (const point of points) if (point.time > told) names.forEach((name) => steps[name].push(point[name]));
     if (steps.time.length > MOST_POINTS) {
       for (const name of names) {
         const last = name === "time" || name === "bodies";
@@ -273,6 +275,10 @@ class Live {
   /** What the program says to a request; its refusal is shown. */
   async post(place, body) {
     this.fault.textContent = "";
+    if (this.status.phase === "ended") {
+      this.fault.textContent = "The run has ended.";
+      return null;
+    }
     try {
       const answer = await fetch(place, { method: "POST", headers: { "Content-Type": "application/json" }, body: typeof body === "string" ? body : JSON.stringify(body) });
       const said = await answer.json();

@@ -184,7 +184,8 @@ class Run:
     def lineage(self):
         """`lineage.csv`, a `Table` with one row per life that ended, by division, removal or a change; of scenes with
         `removal`, and with bodies that changes removed."""
-        otherwise = "the scene has no removal and no change removed a body; ids, parents, births and generations of each state have the ancestry"
+        otherwise = ("the scene has no removal and no change removed a body; "
+                     "ids, parents, births and generations of each state have the ancestry")
         return self._keep("lineage", lambda: self._table("lineage", otherwise))
 
     @property
