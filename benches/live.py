@@ -257,9 +257,10 @@ def opened(program, folder, bodies, browser_name):
             begun = spent(browser.process.pid)
             browser.open("file://" + os.path.abspath(page), OPENED)
             found.append([*browser.run("[viewer.opened.read, viewer.opened.drawn]"), spent(browser.process.pid) - begun])
+            states = browser.run("viewer.run.states.length")
             browser.open("about:blank", "true")
         read, drawn, processor = (statistics.median(of) for of in zip(*found))
-        states, size = browser.run("viewer.run.states.length"), os.path.getsize(page) / 1e6
+        size = os.path.getsize(page) / 1e6
         rows.append([f"{count:,}", states, f"{size:.2f} MB", f"{read / 1e3:.2f} s", f"{drawn / 1e3:.2f} s", f"{processor:.2f} s"])
         version = browser.version
         browser.close()
