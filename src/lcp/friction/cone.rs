@@ -91,6 +91,15 @@ pub(super) fn room(x: Triple, d: Triple, mu: f64) -> f64 {
     passed + first_root(from, d, mu)
 }
 
+/// The same of one row: the largest `t` for which `x + t d` is not negative.
+#[inline]
+pub(super) fn room_of_ray(x: f64, d: f64) -> f64 {
+    let end = x + d;
+    let within = end >= -ROUNDING * (x.abs() + d.abs());
+    let (from, passed) = if within { (end, 1.0) } else { (x, 0.0) };
+    if d < 0.0 { passed + (from / -d).max(0.0) } else { f64::INFINITY }
+}
+
 /// The first `t >= 0` at which `x + t d` leaves `K`, for `x` in it up to rounding.
 fn first_root(x: Triple, d: Triple, mu: f64) -> f64 {
     let apex = if d[0] < 0.0 { (x[0] / -d[0]).max(0.0) } else { f64::INFINITY };

@@ -48,6 +48,7 @@ mod linked;
 mod pairs;
 mod problem;
 mod rows;
+mod scalars;
 #[cfg(test)]
 mod tests;
 mod unit;

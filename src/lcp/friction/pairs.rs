@@ -1,35 +1,46 @@
 //! The diagonal blocks of `A` that belong to one pair of bodies: steps within the cones, as a metric.
 //!
 //! A pair with one unit is solved exactly (`block`), one with several by a few sweeps of block Gauss-Seidel over its
-//! units. No sweep raises the objective, so what comes out is a descent step all the same.
+//! units; where these are single rows, with numbers in place of triples (`scalars`). No sweep raises the objective, so
+//! what comes out is a descent step all the same.
 
 use super::block::Block;
 use super::cone::{Triple, dot};
 use super::linked::Linked;
+use super::scalars::Scalars;
 use super::unit::{Unit, plus};
 use crate::lcp::pair_blocks::{entry, sorted};
 use crate::lcp::product::Product;
 use std::ops::Range;
 
 /// Addition to the diagonal of a block, as a part of its largest entry, as in [`crate::lcp::pair_blocks`].
-const REGULARIZATION: f64 = 1e-6;
+pub(super) const REGULARIZATION: f64 = 1e-6;
 
 /// Most sweeps over the units of a pair.
-const SWEEPS: usize = 10;
+pub(super) const SWEEPS: usize = 10;
 
 /// A sweep that moves the units by less than this part of the first one is the last.
-const SETTLED: f64 = 1e-3;
+pub(super) const SETTLED: f64 = 1e-3;
+
+/// The units of a pair.
+struct Pair {
+    units: Range<usize>,
+    /// Whether all of them are single rows.
+    is_scalar: bool,
+}
 
 /// The blocks of all units, and pairs of several.
 #[derive(Default)]
 pub(super) struct Pairs {
-    /// One for each unit.
+    pairs: Vec<Pair>,
+    /// One for each unit of the pairs that have cones.
     blocks: Vec<Block>,
-    /// The units of each pair.
-    pairs: Vec<Range<usize>>,
-    /// `A_uv` of all units of each pair with several, row by row of units.
+    /// `A_uv` of all units of each such pair with several, row by row of units.
     couplings: Vec<[Triple; 3]>,
+    /// The block of each of the other pairs, row by row.
+    entries: Vec<f64>,
     rise: Vec<Triple>,
+    rise_of_rows: Vec<f64>,
     /// The rows that are solved together, whose units are in no pair.
     linked: Linked,
 }
@@ -37,34 +48,45 @@ pub(super) struct Pairs {
 impl Pairs {
     /// Makes the blocks of units whose pairs stand together.
     pub fn rebuild<const D: usize>(&mut self, product: &Product<D>, units: &[Unit], compliance: &[f64]) {
-        let (pair, jacobian) = (product.pair(), product.jacobian());
-        let of = |unit: &Unit| sorted(pair[unit.rows().start]);
+        let (pair_of, jacobian) = (product.pair(), product.jacobian());
+        let of = |unit: &Unit| sorted(pair_of[unit.rows().start]);
         let coupling = |u: &Unit, v: &Unit| -> [Triple; 3] {
             let (rows, columns) = (u.rows(), v.rows());
             std::array::from_fn(|i| {
                 std::array::from_fn(|j| match (rows.clone().nth(i), columns.clone().nth(j)) {
-                    (Some(i), Some(j)) => entry(pair, jacobian, i, j),
+                    (Some(i), Some(j)) => entry(pair_of, jacobian, i, j),
                     _ => 0.0,
                 })
             })
         };
         self.linked.rebuild(product, units, compliance);
-        self.blocks.clear();
         self.pairs.clear();
-        self.couplings.clear();
         for (at, unit) in units.iter().enumerate() {
-            self.blocks.push(block(coupling(unit, unit), unit, &compliance[unit.rows()]));
             if unit.linked && self.linked.is_some() {
                 continue;
             }
             match self.pairs.last_mut() {
-                Some(last) if last.end == at && of(&units[last.start]) == of(unit) => last.end = at + 1,
-                _ => self.pairs.push(at..at + 1),
+                Some(Pair { units: last, is_scalar }) if last.end == at && of(&units[last.start]) == of(unit) => {
+                    last.end = at + 1;
+                    *is_scalar &= unit.is_scalar();
+                }
+                _ => self.pairs.push(Pair { units: at..at + 1, is_scalar: unit.is_scalar() }),
             }
         }
-        for pair in self.pairs.iter().filter(|pair| pair.len() > 1) {
-            for u in &units[pair.clone()] {
-                self.couplings.extend(units[pair.clone()].iter().map(|v| coupling(u, v)));
+        self.blocks.clear();
+        self.couplings.clear();
+        self.entries.clear();
+        for pair in &self.pairs {
+            let units = &units[pair.units.clone()];
+            if pair.is_scalar {
+                let entry = |i: usize, j: usize| entry(pair_of, jacobian, i, j);
+                Scalars::add_block(units, entry, compliance, &mut self.entries);
+                continue;
+            }
+            self.blocks.extend(units.iter().map(|u| block(coupling(u, u), u, &compliance[u.rows()])));
+            if units.len() > 1 {
+                self.couplings
+                    .extend(units.iter().flat_map(|u| units.iter().map(move |v| (u, v))).map(|(u, v)| coupling(u, v)));
             }
         }
     }
@@ -84,21 +106,32 @@ impl Pairs {
     pub fn descend(&mut self, units: &[Unit], x: &[f64], g: &[f64], out: &mut [f64]) {
         out.copy_from_slice(x);
         self.linked.descend(x, g, out);
-        let mut couplings = 0;
+        let mut taken = Taken::default();
         for pair in &self.pairs {
+            let units = &units[pair.units.clone()];
+            if pair.is_scalar {
+                let scalars = Scalars::of(units, &self.entries, &mut taken.entries);
+                scalars.descend(g, &mut self.rise_of_rows, out);
+                continue;
+            }
             self.rise.clear();
-            self.rise.extend(units[pair.clone()].iter().map(|unit| unit.get(g)));
-            let blocks = Blocks::of(pair, units, &self.blocks, &self.couplings, &mut couplings);
-            blocks.settle(&mut self.rise, out);
+            self.rise.extend(units.iter().map(|unit| unit.get(g)));
+            Blocks::of(units, &self.blocks, &self.couplings, &mut taken).settle(&mut self.rise, out);
         }
     }
 
     /// `out = argmin over y in K of (y - w) . B (y - w)`.
     pub fn project(&mut self, units: &[Unit], w: &[f64], out: &mut [f64]) {
         self.linked.project(w, out);
-        let mut couplings = 0;
+        let mut taken = Taken::default();
         for pair in &self.pairs {
-            let blocks = Blocks::of(pair, units, &self.blocks, &self.couplings, &mut couplings);
+            let units = &units[pair.units.clone()];
+            if pair.is_scalar {
+                let scalars = Scalars::of(units, &self.entries, &mut taken.entries);
+                scalars.project(w, &mut self.rise_of_rows, out);
+                continue;
+            }
+            let blocks = Blocks::of(units, &self.blocks, &self.couplings, &mut taken);
             let mut inside = true;
             for unit in blocks.units {
                 let (w, near) = (unit.get(w), unit.project(unit.get(w)));
@@ -114,7 +147,15 @@ impl Pairs {
     }
 }
 
-/// The units of a pair.
+/// How many blocks, couplings and entries the pairs so far have.
+#[derive(Default)]
+struct Taken {
+    blocks: usize,
+    couplings: usize,
+    entries: usize,
+}
+
+/// The units of a pair with cones.
 struct Blocks<'a> {
     units: &'a [Unit],
     blocks: &'a [Block],
@@ -123,18 +164,13 @@ struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
-    /// Those of a pair; the couplings of pairs are taken in their order.
-    fn of(
-        pair: &Range<usize>,
-        units: &'a [Unit],
-        blocks: &'a [Block],
-        couplings: &'a [[Triple; 3]],
-        taken: &mut usize,
-    ) -> Self {
-        let count = if pair.len() > 1 { pair.len() * pair.len() } else { 0 };
-        let first = *taken;
-        *taken += count;
-        Blocks { units: &units[pair.clone()], blocks: &blocks[pair.clone()], couplings: &couplings[first..*taken] }
+    /// Those of a pair; the blocks and couplings of pairs are taken in their order.
+    fn of(units: &'a [Unit], blocks: &'a [Block], couplings: &'a [[Triple; 3]], taken: &mut Taken) -> Self {
+        let count = units.len();
+        let first = (taken.blocks, taken.couplings);
+        taken.blocks += count;
+        taken.couplings += if count > 1 { count * count } else { 0 };
+        Blocks { units, blocks: &blocks[first.0..taken.blocks], couplings: &couplings[first.1..taken.couplings] }
     }
 
     /// `B (y - w)`.

@@ -36,6 +36,18 @@ impl Unit {
         self.first..self.first + self.count
     }
 
+    /// Whether it is one row.
+    #[inline]
+    pub fn is_scalar(&self) -> bool {
+        self.count == 1
+    }
+
+    /// The nearest multiplier of one row.
+    #[inline]
+    pub fn nearest(&self, x: f64) -> f64 {
+        if self.free { x } else { x.max(0.0) }
+    }
+
     /// Its numbers.
     #[inline]
     pub fn get(&self, x: &[f64]) -> Triple {
@@ -78,7 +90,13 @@ impl Unit {
     /// The largest `t` for which `x + t d` are multipliers.
     #[inline]
     pub fn room(&self, x: Triple, d: Triple) -> f64 {
-        if self.free { f64::INFINITY } else { cone::room(x, d, self.mu) }
+        if self.free {
+            f64::INFINITY
+        } else if self.is_scalar() {
+            cone::room_of_ray(x[0], d[0])
+        } else {
+            cone::room(x, d, self.mu)
+        }
     }
 
     /// The residual of the multipliers `x` with the gaps and slips `g`, a length: zero at a solution. That of a free
