@@ -27,7 +27,8 @@ RUNS = {
               "output.measures=[\"nematic\",\"radius\",\"packing\",\"length\",\"contacts\"]"],
     "ball": ["compaction", "output.forces=true"],
 }
-# Each picture: its run, where it looks (an address after #), what is done then, and the part that is kept: the stage, the panel, or an element.
+# Each picture: its run, where it looks (an address after #), what is done then, and the part that is kept: the stage,
+# the panel, or an element.
 PICTURES = {
     "bonds": ("chain", "colour=length&show=bonds", "", "#stage"),
     "axes": ("filament", "t=6&show=axes", "viewer.look('top'); viewer.camera.zoom(1.5)", "#stage"),

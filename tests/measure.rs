@@ -109,7 +109,7 @@ fn the_files_are_the_same_for_any_number_of_threads_and_those_not_made_again_go(
     for (name, bytes) in plots {
         let text = std::str::from_utf8(bytes).unwrap();
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{name}");
-        // A curve: lines of its width or of a pale one's, which axes and ticks have not; the dot of a point alone; bars.
+        // A curve has lines of its width or a pale one's, unlike axes and ticks; or the dot of a single point; or bars.
         let marks = ["stroke-width=\"12\"", "stroke-width=\"6\"", "Q", "fill=\"#0072b2\""];
         assert!(marks.iter().any(|mark| text.contains(mark)), "{name}");
         assert!(!text.contains("NaN") && !text.contains("inf"), "{name}");

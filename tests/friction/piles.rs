@@ -1,6 +1,6 @@
 //! Bodies that rest on each other, and where they do not.
 
-use crate::scenes::{G, assert_near, ball, floor, inertial, run, run_on, start, weight};
+use crate::scenes::{G, assert_near, ball, floor, inertial, pyramid, run, run_on, start, weight};
 use relcp::Simulation;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -29,19 +29,6 @@ fn a_ball_rests_on_others_where_friction_suffices() {
         assert!(sinks(count, 0.98 * between, 1.02 * below) > 1e-2);
         assert!(sinks(count, 1.02 * between, 0.98 * below) > 1e-2);
     }
-}
-
-/// Ten balls, six, three and one.
-fn pyramid() -> Vec<Value> {
-    let (across, up) = (3.0_f64.sqrt(), 2.0 * (2.0_f64 / 3.0).sqrt());
-    let place = |layer: i32, i: i32, j: i32| {
-        let [layer, i, j] = [layer, i, j].map(f64::from);
-        ball([2.0 * i + j + layer, across * (j + layer / 3.0), 1.0 + up * layer])
-    };
-    let layers = [3, 2, 1].into_iter().zip(0..);
-    layers
-        .flat_map(|(side, layer)| (0..side).flat_map(move |i| (0..side - i).map(move |j| place(layer, i, j))))
-        .collect()
 }
 
 /// What a solve leaves of a slip, 1e-6, adds up to the elastic slip of 1e-4 within some thousand steps.

@@ -13,6 +13,19 @@ pub fn ball(position: [f64; 3]) -> Value {
     json!({"shape": {"sphere": {"radius": 1.0}}, "position": position})
 }
 
+/// Ten balls on the floor z = 0, six, three and one.
+pub fn pyramid() -> Vec<Value> {
+    let (across, up) = (3.0_f64.sqrt(), 2.0 * (2.0_f64 / 3.0).sqrt());
+    let place = |layer: i32, i: i32, j: i32| {
+        let [layer, i, j] = [layer, i, j].map(f64::from);
+        ball([2.0 * i + j + layer, across * (j + layer / 3.0), 1.0 + up * layer])
+    };
+    let layers = [3, 2, 1].into_iter().zip(0..);
+    layers
+        .flat_map(|(side, layer)| (0..side).flat_map(move |i| (0..side - i).map(move |j| place(layer, i, j))))
+        .collect()
+}
+
 /// A rod that lies along x. It touches a floor at both ends, so that it slides along x without turning.
 pub fn rod(height: f64) -> Value {
     json!({"shape": {"spherocylinder": {"diameter": 1.0, "length": 4.0}}, "position": [0, 0, height], "axis": [1, 0, 0]})

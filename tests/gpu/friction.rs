@@ -2,7 +2,7 @@
 //! CPU's steps and what is right.
 
 use crate::device::{device, precisions};
-use crate::rough::{G, assert_near, ball, floor, inertial, parse, rod, weight, with};
+use crate::rough::{G, assert_near, ball, floor, inertial, parse, pyramid, rod, weight, with};
 use relcp::bodies::Bodies;
 use relcp::gpu::{Gpu, GpuError, Precision};
 use relcp::internals::backend::cpu::Cpu;
@@ -238,19 +238,6 @@ fn a_conveyor_carries_a_rod_and_pressed_bodies_without_inertia_slide_or_roll() {
             assert_near(bodies.position[0].x, moved, error.max(1e-6));
         }
     });
-}
-
-/// Ten balls, six, three and one.
-fn pyramid() -> Vec<Value> {
-    let (across, up) = (3.0_f64.sqrt(), 2.0 * (2.0_f64 / 3.0).sqrt());
-    let place = |layer: i32, i: i32, j: i32| {
-        let [layer, i, j] = [layer, i, j].map(f64::from);
-        ball([2.0 * i + j + layer, across * (j + layer / 3.0), 1.0 + up * layer])
-    };
-    let layers = [3, 2, 1].into_iter().zip(0..);
-    layers
-        .flat_map(|(side, layer)| (0..side).flat_map(move |i| (0..side - i).map(move |j| place(layer, i, j))))
-        .collect()
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Chains of beads in heat against theory: chains of springs at any stiffness times `dt`, rigid bonds, and stiff chains.
+//! Chains of beads in heat against theory: chains of springs at any stiffness times `dt`, rigid bonds, stiff chains.
 //! Each figure is within three standard errors, from one seed. Beads do not collide, and chains are a sample.
 //!
 //! `RELCP_CHAIN_SAMPLES=N` takes more samples of each chain.
@@ -78,10 +78,10 @@ fn end_to_end(chain: &[DVec3]) -> f64 {
     chain[0].distance_squared(chain[chain.len() - 1])
 }
 
-/// The mean square of the distance of beads `a` and `b` of a chain of springs of rest length 0, by Rouse's modes (M. Doi
-/// and S. F. Edwards, *The Theory of Polymer Dynamics*, 1986, chapter 4). Implicit Euler takes a mode of the stiffness
-/// `s` to `(x + heat) / (1 + s dt)` in a step, at a resistance of 1, so that it has the variance `kT / s / (1 + s dt /
-/// 2)`.
+/// The mean square of the distance of beads `a` and `b` of a chain of springs of rest length 0, by Rouse's modes (M.
+/// Doi and S. F. Edwards, *The Theory of Polymer Dynamics*, 1986, chapter 4). Implicit Euler takes a mode of the
+/// stiffness `s` to `(x + heat) / (1 + s dt)` in a step, at a resistance of 1. Its variance is then `kT / s / (1 + s dt
+/// / 2)`.
 fn by_modes(chains: &Chains, stiffness: f64, (a, b): (usize, usize)) -> f64 {
     let n = chains.beads as f64;
     let mode = |p: usize| {

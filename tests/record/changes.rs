@@ -184,7 +184,7 @@ fn bodies_leave_and_come_at_their_time_and_the_run_goes_on_after_a_kill_to_the_s
         assert_eq!(rows(&folder), rows(&at("whole")), "{steps}");
         assert_eq!(lives(&folder), lives(&at("whole")), "{steps}");
     }
-    // A run that removes none has no such file; one that was killed as it began the file goes on.
+    // A run without removals has no such file. A run that was killed as it created the file continues.
     let folder = at("empty-file");
     let mut run = begin(&folder, own());
     (0..10).for_each(|_| assert!(run.advance().is_ok()));

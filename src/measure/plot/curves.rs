@@ -205,7 +205,7 @@ fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Failed> {
     Ok(())
 }
 
-/// What is said over the panels.
+/// The explanations above the panels.
 fn remarks(panels: &[Panel]) -> Vec<Name> {
     let mut points = panels.iter().flat_map(|panel| &panel.curves).flat_map(|curve| &curve.points);
     let text = format!("Pale: fewer than {FEW} counted. Bands: standard errors.");

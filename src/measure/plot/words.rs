@@ -165,7 +165,7 @@ mod tests {
                 assert!(words.iter().all(|(quantity, _)| *quantity == words[0].0), "{panel:?}");
                 let known = |name: &&str| COLUMNS.iter().any(|(own, ..)| own == name);
                 assert!(panel.iter().all(known), "{panel:?}");
-                // Curves of one panel are told apart.
+                // Curves of one panel have different names.
                 let mut ends: Vec<_> = words.iter().map(|(_, end)| *end).collect();
                 ends.sort_unstable();
                 ends.dedup();
