@@ -1,6 +1,6 @@
 //! Comparison of a device's results with those of the CPU: separations of all families of pairs, the rows of a step,
-//! solves, whole steps. The bounds are in the tables "Differences from the CPU" in docs/gpu.md (results) and
-//! docs/notes/gpu.md (stages of a step); tests check them on a device. Here fewer cases are drawn, so that a minute is
+//! solves, whole steps. The bounds are in the tables "Differences from the CPU, results" and "by stage" in
+//! docs/notes/gpu.md; tests check them on a device. Here fewer cases are drawn, so that a minute is
 //! enough.
 
 use crate::StudyError;
