@@ -8,6 +8,7 @@
 mod arrays;
 mod batch;
 mod bodies;
+mod bonds;
 mod change;
 mod compute;
 mod contacts;
@@ -69,6 +70,8 @@ mod _relcp {
     use super::batch::Planned;
     #[pymodule_export]
     use super::bodies::PyBodies;
+    #[pymodule_export]
+    use super::bonds::Bonds;
     #[pymodule_export]
     use super::contacts::{Contacts, WallContacts};
     #[pymodule_export]

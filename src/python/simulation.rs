@@ -2,6 +2,7 @@
 
 use super::arrays::{column, json, named, table, vectors};
 use super::bodies::{self, Column, Table};
+use super::bonds::{Bonds, Held};
 use super::change::{bodies as bodies_of, refused, setting, which};
 use super::compute::Wanted;
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts, is_smooth};
@@ -755,6 +756,15 @@ impl PySimulation {
             })
         })?;
         WallContacts::new(py, found.map_err(fault)?)
+    }
+
+    /// The bonds and joints that hold, with the forces of the last step.
+    #[getter]
+    fn bonds(&self, py: Python<'_>) -> PyResult<Bonds> {
+        let held = self.compute(py, |session| {
+            session.compute(|simulation| simulation.state().map(|state| Held::of(&state.bodies)))
+        })?;
+        Bonds::new(py, held.map_err(fault)?)
     }
 
     /// The summary of the run so far, with the keys of the program's `summary.json`; `final_max_overlap` is computed

@@ -2,6 +2,7 @@
 
 use super::arrays::column;
 use super::bodies::{Column, PyBodies};
+use super::bonds::{Bonds, Held};
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts, is_smooth};
 use super::error::rendered;
 use super::measure;
@@ -122,6 +123,12 @@ impl PyState {
         let walls = Walls::new(&scene.walls, scene.planar).at(base.time);
         let found = quietly(py, || AtWalls::of(&walls, bodies, warm, is_smooth(&scene), cutoff))?;
         WallContacts::new(py, found)
+    }
+
+    /// The bonds and joints that hold. `force`, `torque` and `tension` are NaN in a state without forces.
+    #[getter]
+    fn bonds(slf: PyRef<'_, Self>) -> PyResult<Bonds> {
+        Bonds::new(slf.py(), Held::of(&slf.as_super().bodies))
     }
 
     /// A measure of this state by its name, as `Simulation.measure`.

@@ -1,4 +1,4 @@
-//! The displacement of bodies in a step, which shows whether the step is much too long.
+//! The displacement of bodies in a step, which shows whether the step is much too long; and other warnings of a run.
 
 use crate::bodies::Bodies;
 use crate::digits::{few, significant};
@@ -16,10 +16,23 @@ pub(super) fn farthest(scene: &Scene, bodies: &Bodies) -> f64 {
     scene.time.dt * ways.fold(0.0, f64::max)
 }
 
-/// Warnings for the user of a run: about its scene, and about the displacement of its bodies in a step, once each.
-pub(super) fn warnings(scene: &Scene, farthest: f64) -> Vec<String> {
+/// Warnings for the user of a run, once each: about its scene, about the displacement of its bodies in a step, and about
+/// the largest gap that friction left at a contact that pushes.
+pub(super) fn warnings(scene: &Scene, farthest: f64, friction_gap: f64) -> Vec<String> {
     let moved = warning(scene, farthest).filter(|_| scene.long_step().is_none());
-    scene.warnings().into_iter().chain(moved).collect()
+    let rough = of_friction(scene.contact.overlap_tolerance.max(scene.elastic_slip()), friction_gap);
+    scene.warnings().into_iter().chain(moved).chain(rough).collect()
+}
+
+/// A step whose friction leaves a larger gap than `allowed` is taken in pieces, and the shortest pieces as they are.
+fn of_friction(allowed: f64, gap: f64) -> Option<String> {
+    (gap > allowed).then(|| {
+        format!(
+            "friction left gaps of up to {} where bodies slide, more than the {} that a step allows: forces are rough there; a smaller time.dt or coefficient helps",
+            few(gap),
+            few(allowed)
+        )
+    })
 }
 
 fn warning(scene: &Scene, farthest: f64) -> Option<String> {
@@ -31,4 +44,16 @@ fn warning(scene: &Scene, farthest: f64) -> Option<String> {
             significant(proposed, 1)
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_of_friction_that_no_piece_of_a_step_could_close_are_told() {
+        assert_eq!(of_friction(1e-4, 1e-4), None);
+        let told = of_friction(1e-4, 0.25).unwrap();
+        assert!(told.contains("up to 0.25") && told.contains(&few(1e-4)), "{told}");
+    }
 }

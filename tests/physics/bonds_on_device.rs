@@ -1,5 +1,6 @@
 //! Implicit bonds, joints, bonds without contact and pulls on a device: runs against the CPU's, and in two parts.
 
+use crate::daughters::{bonds, founder};
 use crate::device::{device, precisions};
 use crate::implicit_bonds::{busy, hanging, inertial, overdamped, pendulum};
 use crate::joints::{four_bar, hanging as jointed};
@@ -85,5 +86,49 @@ fn a_pull_draws_a_body_on_a_device_as_on_the_cpu() {
     for compute in computes() {
         let [first, second] = [0, 1].map(|i| run(parse(&of), &compute).bodies.position[i]);
         assert!(first.x > 0.5 && first.distance(second) > 1.0 - 1e-5, "{first} {second}");
+    }
+}
+
+/// Without turns at divisions the chain of cells is straight. In space four cells buckle by rounding.
+#[test]
+fn daughters_are_bonded_on_a_device_as_on_the_cpu() {
+    for (planar, end, cells) in [(true, 2.6, 16), (false, 0.7, 2)] {
+        for bond in [json!({"stiffness": "rigid"}), json!({"stiffness": 50, "bending": 0.3, "gap": 0.1})] {
+            let mut of = founder(&bond, 0.0, planar);
+            of["time"]["end"] = json!(end);
+            let of = parse(&of);
+            let cpu = run(of.clone(), &Compute::Cpu).bodies;
+            assert!(cpu.len() == cells && bonds(&cpu).len() == cpu.len() - 1, "{bond}");
+            agrees_on_device(&of, "a chain of cells", BOUNDS);
+            for compute in computes() {
+                let found = run(of.clone(), &compute).bodies;
+                assert_eq!(bonds(&found), bonds(&cpu), "{bond} {planar}");
+                let pairs = || found.bonds.iter().zip(&cpu.bonds);
+                assert!(found.bonds.len() == cpu.bonds.len() && pairs().all(|(a, b)| a.bodies == b.bodies));
+                let off = pairs().map(|(a, b)| a.force.distance(b.force)).fold(0.0, f64::max);
+                let most = cpu.bonds.iter().map(|bond| bond.force.length()).fold(0.0, f64::max);
+                println!("{bond} {planar}: tensions of up to {most:.3} within {off:.1e}");
+                assert!(off < 0.05 * most + 1e-3, "{bond} {planar}: {off:e} of {most:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn bonds_of_daughters_break_on_a_device_and_resume_to_the_same_bits() {
+    for (bond, holds) in [
+        (json!({"stiffness": 50, "bending": 0.3, "gap": 0.1}), true),
+        (json!({"stiffness": 1e4, "break_force": 1e-3}), false),
+    ] {
+        let of = parse(&founder(&bond, 8.0, true));
+        for compute in computes() {
+            let whole = run(of.clone(), &compute);
+            let left = bonds(&whole.bodies).len();
+            println!("{bond}: {left} of {} bonds", whole.bodies.len() - 1);
+            assert!(if holds { left == 15 } else { left < 15 }, "{bond}: {left}");
+            let resumed = in_two_parts(&of, &compute);
+            assert_eq!(state_hash(&resumed), state_hash(&whole), "{bond}");
+            assert_eq!(resumed.bodies.bonds, whole.bodies.bonds, "{bond}");
+        }
     }
 }

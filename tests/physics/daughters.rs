@@ -13,14 +13,14 @@ const DIAMETER: f64 = 0.5;
 const GAP: f64 = 0.01 * DIAMETER;
 
 /// One cell that divides at the length 2, four times in all by the time 2.6.
-fn founder(bond: &Value, degrees: f64, planar: bool) -> Value {
+pub fn founder(bond: &Value, degrees: f64, planar: bool) -> Value {
     json!({"name": "chain", "planar": planar, "time": {"dt": 0.02, "end": 2.6}, "dynamics": {"overdamped": {"drag": 1.0}},
         "growth": {"rate": 1.0, "division_length": 2.0, "reorientation_degrees": degrees, "bond_daughters": bond},
         "generate": [{"founder": {"diameter": DIAMETER, "length": 1.8}}]})
 }
 
 /// The bonds of a state, from an upper end to a lower one.
-fn bonds(bodies: &Bodies) -> Vec<[usize; 2]> {
+pub fn bonds(bodies: &Bodies) -> Vec<[usize; 2]> {
     let column = |name: &str| bodies.columns.get(name).map_or(vec![0.0; bodies.len()], <[f64]>::to_vec);
     let (lower, upper) = (column("lower_bond"), column("upper_bond"));
     let partner = |a: usize| (0..bodies.len()).find(|b| upper[a] > 0.0 && lower[*b] == upper[a]).map(|b| [a, b]);

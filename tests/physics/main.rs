@@ -9,6 +9,7 @@ mod contact_forces;
 mod daughters;
 #[path = "../common/device.rs"]
 mod device;
+mod double_pendulum;
 mod drag;
 mod fields;
 mod final_scene;

@@ -14,6 +14,8 @@ const KILLS: usize = 3;
 const COLONY: [&str; 2] = ["colony", "time.end=4.3"];
 const COMPACTION: [&str; 2] = ["compaction", "time.end=12"];
 const SHEARED: [&str; 2] = ["sheared.json", "time.end=3"];
+const BONDED: [&str; 2] = ["chaining", "time.end=2"];
+const ROUGH: [&str; 2] = ["pile", "time.end=1"];
 
 /// A suspension in a sheared cell, with Brownian motion.
 const SUSPENSION: &str = r#"{"name": "sheared", "seed": 5, "planar": true, "time": {"dt": 0.01, "end": 3},
@@ -101,4 +103,14 @@ fn a_compaction() {
 #[test]
 fn a_sheared_suspension() {
     killed_and_resumed(SHEARED, 3);
+}
+
+#[test]
+fn chains_of_cells() {
+    killed_and_resumed(BONDED, 4);
+}
+
+#[test]
+fn a_heap_with_friction() {
+    killed_and_resumed(ROUGH, 5);
 }

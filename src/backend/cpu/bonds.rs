@@ -247,7 +247,12 @@ impl<const D: usize, T: Team> Cpu<D, T> {
 impl Start {
     /// Breaks the implicit bonds that end the step with a tension over their strength, whose bodies are `end` then.
     /// Returns how many of them are of daughters.
-    pub(super) fn break_bonds<const D: usize>(&self, setup: &Setup, rows: &RowSet<D>, end: &mut Bodies) -> u32 {
+    pub(super) fn break_bonds<const D: usize>(
+        &self,
+        setup: &Setup,
+        rows: &RowSet<D>,
+        end: &mut Bodies,
+    ) -> Vec<[usize; 2]> {
         let breaks = |(of, gamma): &(&BondRows<D>, &[f64])| {
             let force = Pull::of(&of.lines[..of.own], gamma).force;
             let (bonds, number) = self.bonds_with(setup, of.bond);
@@ -260,8 +265,9 @@ impl Start {
         let (of_scene, of_daughters): (Vec<_>, Vec<_>) =
             rows.bonds().filter(breaks).map(|(of, _)| of).partition(|of| of.bond < of_scene);
         end.add_broken_bonds(of_scene.into_iter().map(|of| of.bond as u32).collect());
-        of_daughters.iter().for_each(|of| part(end, of.pair));
-        of_daughters.len() as u32
+        let (of_daughters, count): (Vec<_>, _) = (of_daughters.into_iter().map(|of| of.pair).collect(), end.len());
+        of_daughters.iter().for_each(|pair| part(&mut end.columns, count, *pair));
+        of_daughters
     }
 
     /// The bonds that hold at the step's end, with bodies as they are then. Bonds of daughters keep the numbers that

@@ -9,9 +9,11 @@ use super::narrow_phase::Near;
 use super::pairs::Pairs;
 use super::row_set::Contact;
 use super::team::all_places;
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, HeldBond};
 use crate::constraint::{Row, RowSourceError};
-use crate::dynamics::{BondName, Motion};
+use crate::dynamics::bonds::Bonds;
+use crate::dynamics::bonds::daughters::{bonds_of, is_parted};
+use crate::dynamics::{Bond, BondName, Cells, Motion};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::Precision;
 use crate::lcp::{Alone, Outcome, Problem};
@@ -81,10 +83,12 @@ pub trait Hosted: Send {
     fn stretch(&self) -> (f64, Option<(BondName, [usize; 2])>);
     /// Makes the rows of implicit bonds again at the trial.
     fn renew_bonds(&mut self);
-    /// Ends a step with the trial, and returns the implicit bonds that break.
-    fn accept(&mut self) -> Vec<u32>;
+    /// Ends a step with the trial, and returns what breaks.
+    fn accept(&mut self) -> Broken;
     /// The forces and torques of implicit bonds at the end of the last step, by number.
     fn pulls(&self) -> &BTreeMap<usize, [DVec3; 2]>;
+    /// The bonds of daughters that hold in the state `bodies` after the last step.
+    fn held_daughters(&self, bodies: &Bodies) -> Vec<HeldBond>;
     /// What contacts ended the last step with, sorted by pair and feature.
     fn warm(&self) -> &[Warm];
     /// Continues from another state.
@@ -93,9 +97,19 @@ pub trait Hosted: Send {
     fn lcp(&self) -> (Problem<SPATIAL>, Vec<f64>);
 }
 
+/// The implicit bonds that break at the end of a step.
+#[derive(Default)]
+pub struct Broken {
+    /// Those of the scene, by number.
+    pub of_scene: Vec<u32>,
+    /// The bodies of those of daughters: the one that is bonded at its upper end, then the other.
+    pub of_daughters: Vec<[usize; 2]>,
+}
+
 /// Whether the host has a part in the steps of a scene on a device.
 pub fn is_hosted(model: &Model) -> bool {
-    let bonds = model.bonds.first_implicit().is_some() || model.bonds.any_without_contact();
+    let daughters = model.cells.as_ref().is_some_and(Cells::bond_daughters);
+    let bonds = daughters || model.bonds.first_implicit().is_some() || model.bonds.any_without_contact();
     bonds || !model.friction.is_none() || !model.contact.restitution.is_none()
 }
 
@@ -119,6 +133,8 @@ struct OnHost<const D: usize> {
     /// The normal row of each contact, counted from the first row after those of bonds.
     normals: Vec<usize>,
     pulls: BTreeMap<usize, [DVec3; 2]>,
+    /// The bonds of daughters of the last step, and the number of each.
+    daughters: (Bonds, Vec<usize>),
 }
 
 impl DeviceRow {
@@ -136,7 +152,8 @@ impl<const D: usize> OnHost<D> {
     fn new(model: &Model, state: &State, precision: Precision) -> Result<Self, RowSourceError> {
         let mut cpu = Cpu::<D>::new(model, state.clone())?;
         cpu.state.bodies = Bodies::default();
-        let mut own = OnHost { cpu, precision, normals: Vec::new(), pulls: BTreeMap::new() };
+        let mut own =
+            OnHost { cpu, precision, normals: Vec::new(), pulls: BTreeMap::new(), daughters: Default::default() };
         own.load(state);
         Ok(own)
     }
@@ -284,21 +301,33 @@ impl<const D: usize> Hosted for OnHost<D> {
         self.cpu.make_bonds_again();
     }
 
-    fn accept(&mut self) -> Vec<u32> {
+    fn accept(&mut self) -> Broken {
         let Cpu { setup, start, rows, trial, .. } = &mut self.cpu;
         // Normals are the device's.
         let warm = rows.warm_start(&Pairs::default(), &trial.scaled);
         self.pulls = pulls(rows);
         let before = start.bodies.broken_bonds.clone();
         let mut end = std::mem::take(&mut start.bodies);
-        start.break_bonds(setup, rows, &mut end);
+        let of_daughters = start.break_bonds(setup, rows, &mut end);
+        let first = setup.bonds.list().len();
+        self.daughters = (start.daughters().clone(), (first..).take(start.daughters().list().len()).collect());
         self.set_warm(&warm);
         end.broken_bonds.retain(|bond| before.binary_search(bond).is_err());
-        end.broken_bonds
+        Broken { of_scene: end.broken_bonds, of_daughters }
     }
 
     fn pulls(&self) -> &BTreeMap<usize, [DVec3; 2]> {
         &self.pulls
+    }
+
+    fn held_daughters(&self, bodies: &Bodies) -> Vec<HeldBond> {
+        let (bonds, numbers) = &self.daughters;
+        let list = bonds.list().iter().zip(numbers).enumerate();
+        let held = |(at, (bond, number)): (usize, (&Bond, &usize))| {
+            let held = bonds.as_held(at, bond.bodies, bodies, self.pulls.get(number).copied());
+            HeldBond { number: *number as u32, ..held }
+        };
+        list.filter(|(_, (bond, _))| !is_parted(bodies, bond.bodies)).map(held).collect()
     }
 
     fn warm(&self) -> &[Warm] {
@@ -307,7 +336,19 @@ impl<const D: usize> Hosted for OnHost<D> {
 
     fn load(&mut self, state: &State) {
         self.set_warm(&state.warm);
-        self.pulls = state.bodies.bonds.iter().map(|of| (of.number as usize, [of.force, of.torque])).collect();
+        let (bodies, setup) = (&state.bodies, &self.cpu.setup);
+        self.pulls = bodies.bonds.iter().map(|of| (of.number as usize, [of.force, of.torque])).collect();
+        let cells = setup.growth.as_ref().filter(|cells| cells.bond_daughters());
+        let bonds = cells.map_or_else(Bonds::default, |cells| bonds_of(bodies, cells));
+        // The numbers that they had in the step before, some of whose bonds broke.
+        let first = setup.bonds.list().len();
+        let number = |(at, bond): (usize, &Bond)| {
+            let pair = bond.bodies.map(|body| body as u32);
+            let held = bodies.bonds.iter().find(|of| of.bodies == pair && of.number as usize >= first);
+            held.map_or(first + at, |of| of.number as usize)
+        };
+        let numbers = bonds.list().iter().enumerate().map(number).collect();
+        self.daughters = (bonds, numbers);
     }
 
     fn lcp(&self) -> (Problem<SPATIAL>, Vec<f64>) {

@@ -151,7 +151,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         }
         let mut of_daughters = 0;
         if !start.parting {
-            of_daughters = start.break_bonds(setup, rows, &mut end);
+            of_daughters = start.break_bonds(setup, rows, &mut end).len() as u32;
             end.bonds = if team.is_distributed() { Vec::new() } else { start.held_after(setup, rows, &end) };
         }
         let (bodies, own) = (end.len() as u32, |body: &u32| !start.is_foreign(*body as usize));

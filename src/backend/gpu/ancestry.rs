@@ -3,6 +3,7 @@
 use super::Setup;
 use crate::bodies::{Bodies, Columns, Lineage, OwnGrowth};
 use crate::dynamics::Cells;
+use crate::dynamics::bonds::daughters::{join, part};
 use crate::dynamics::growth::{Due, Species, daughters};
 use crate::shape::Shape;
 use crate::step::State;
@@ -39,6 +40,8 @@ pub(super) struct Ancestry {
     /// were in that state.
     accepted: (usize, u64),
     mothers: Vec<(usize, Lineage, Growing)>,
+    /// The values before divisions that made bonds of daughters.
+    unbonded: Option<Columns>,
     /// The bodies that divide at the start of the next step, found while the lengths are computed.
     due: Vec<usize>,
     /// Bodies whose rates have changed since the last call of `changed_growths`; a body may be listed more than once.
@@ -89,6 +92,7 @@ impl Ancestry {
             interval,
             accepted: (bodies.len(), state.next_id),
             mothers: Vec::new(),
+            unbonded: None,
             due: Vec::new(),
         };
         ancestry.lengthen(0, setup.time.after(state.step));
@@ -111,7 +115,14 @@ impl Ancestry {
         self.lineage[mother] = lines[0];
         self.lineage.push(lines[1]);
         self.group.push(self.group[mother]);
+        let bonded = species.growth.bond_daughters.is_some();
+        if bonded && self.unbonded.is_none() {
+            self.unbonded = Some(self.columns.clone());
+        }
         self.columns.push_like(mother);
+        if bonded {
+            join(&mut self.columns, self.lineage.len(), line.id, [mother, upper]);
+        }
         self.growing[mother] = first;
         self.growing.push(second);
         if first.rate != own.rate {
@@ -138,7 +149,8 @@ impl Ancestry {
         let (bodies, next_id) = self.accepted;
         self.lineage.truncate(bodies);
         self.group.truncate(bodies);
-        self.columns.resize(bodies);
+        self.columns = self.accepted_columns();
+        self.unbonded = None;
         self.growing.truncate(bodies);
         self.next_id = next_id;
         self.changed.retain(|body| *body < bodies);
@@ -152,6 +164,7 @@ impl Ancestry {
     /// the CPU, because lengths determine divisions.
     pub fn accept(&mut self, parts: usize, time: f64) {
         self.mothers.clear();
+        self.unbonded = None;
         self.accepted = (self.lineage.len(), self.next_id);
         self.lengthen(parts, time);
     }
@@ -197,9 +210,15 @@ impl Ancestry {
 
     /// That of the last accepted state.
     pub fn accepted_columns(&self) -> Columns {
-        let mut columns = self.columns.clone();
+        let mut columns = self.unbonded.as_ref().unwrap_or(&self.columns).clone();
         columns.resize(self.accepted.0);
         columns
+    }
+
+    /// Breaks bonds of daughters, from the upper end of one body to the lower end of another.
+    pub fn part(&mut self, broken: &[[usize; 2]]) {
+        let bodies = self.lineage.len();
+        broken.iter().for_each(|pair| part(&mut self.columns, bodies, *pair));
     }
 
     /// The lineages and groups of the last accepted state, and its next id.

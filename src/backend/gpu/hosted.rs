@@ -6,7 +6,8 @@ use super::Setup;
 use super::lists::Lists;
 use super::parted::Parted;
 use super::row_set::RowSet;
-use crate::backend::cpu::hosted::{DeviceRow, DeviceStart, Hosted, hosted};
+use crate::backend::cpu::hosted::{Broken, DeviceRow, DeviceStart, Hosted, hosted};
+use crate::bodies::{Bodies, HeldBond};
 use crate::dynamics::BondName;
 use crate::freedom::SPATIAL;
 use crate::gpu::{Gpu, GpuError};
@@ -163,14 +164,19 @@ impl HostedRows {
         self.own.renew_bonds();
     }
 
-    /// Ends a step with the trial, and returns the implicit bonds that break.
-    pub fn accept(&mut self) -> Vec<u32> {
+    /// Ends a step with the trial, and returns what breaks.
+    pub fn accept(&mut self) -> Broken {
         self.own.accept()
     }
 
     /// The forces and torques of implicit bonds, by number.
     pub fn pulls(&self) -> &BTreeMap<usize, [DVec3; 2]> {
         self.own.pulls()
+    }
+
+    /// The bonds of daughters that hold in the state `bodies` after the last step.
+    pub fn held_daughters(&self, bodies: &Bodies) -> Vec<HeldBond> {
+        self.own.held_daughters(bodies)
     }
 
     /// The host's present problem and its multipliers.

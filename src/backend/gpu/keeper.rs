@@ -92,6 +92,8 @@ impl Device {
         bodies.columns = self.start.ancestry.accepted_columns();
         let none = BTreeMap::new();
         bodies.bonds = self.setup.bonds.held(&bodies, self.hosted.as_ref().map_or(&none, HostedRows::pulls));
+        let of_daughters = self.hosted.as_ref().map(|hosted| hosted.held_daughters(&bodies));
+        bodies.bonds.extend(of_daughters.unwrap_or_default());
         unrounded.prescribe(&self.start.ancestry.accepted_lengths());
         let (removed, unrounded) = (removed.clone(), Some(unrounded));
         Ok(State { step: *step, next_id, bodies, warm, removed, changed: *changed, unrounded })

@@ -101,9 +101,6 @@ impl Device {
             let what = "friction, restitution and implicit bonds with the paper's rows";
             return Err(GpuError::Unsupported { what: what.into() });
         }
-        if model.cells.as_ref().is_some_and(|cells| cells.bond_daughters()) {
-            return Err(GpuError::Unsupported { what: "bonds of daughters".into() });
-        }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
             RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),

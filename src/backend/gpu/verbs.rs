@@ -289,9 +289,10 @@ impl Verbs for Device {
         record.submit()?;
         let broken = self.hosted.as_mut().map(HostedRows::accept).unwrap_or_default();
         if let Some(bonds) = &self.motions.bonds {
-            bonds.add_broken(&gpu, &broken);
+            bonds.add_broken(&gpu, &broken.of_scene);
         }
-        self.broken = broken.len() as u32;
+        self.broken = (broken.of_scene.len() + broken.of_daughters.len()) as u32;
+        self.start.ancestry.part(&broken.of_daughters);
         let Device { setup, accepted, states, start, .. } = &mut *self;
         states.accept();
         accepted.bodies = start.bodies;

@@ -6,7 +6,7 @@
 //! has no bond. They are recorded with a state as all columns are.
 
 use super::{Bending, Bond, Bonds};
-use crate::bodies::{Bodies, HeldBond};
+use crate::bodies::{Bodies, Columns, HeldBond};
 use crate::dynamics::Cells;
 use crate::shape::Shape;
 use std::collections::BTreeMap;
@@ -74,11 +74,10 @@ fn reach(shape: &Shape) -> f64 {
     shape.growing_length().map_or(0.0, |length| (0.5 * (length - shape.thickness())).max(0.0))
 }
 
-/// Gives the daughters of the cell `mother`, which have the places `lower` and `upper`, a bond.
-pub(crate) fn join(bodies: &mut Bodies, mother: u64, [lower, upper]: [usize; 2]) {
-    let count = bodies.len();
+/// Gives the daughters of the cell `mother`, which have the places `lower` and `upper` of `count`, a bond.
+pub(crate) fn join(columns: &mut Columns, count: usize, mother: u64, [lower, upper]: [usize; 2]) {
     for (end, body) in ENDS.into_iter().zip([upper, lower]) {
-        bodies.columns.named_mut(end, count)[body] = mother.saturating_add(1) as f64;
+        columns.named_mut(end, count)[body] = mother.saturating_add(1) as f64;
     }
 }
 
@@ -114,10 +113,9 @@ pub(crate) fn is_parted(bodies: &Bodies, [a, _]: [usize; 2]) -> bool {
     bodies.columns.get(ENDS[1]).is_none_or(|upper| upper[a] == 0.0)
 }
 
-/// Breaks the bond from the upper end of one body to the lower end of another.
-pub(crate) fn part(bodies: &mut Bodies, [a, b]: [usize; 2]) {
-    let count = bodies.len();
+/// Breaks the bond from the upper end of one body to the lower end of another, of `count`.
+pub(crate) fn part(columns: &mut Columns, count: usize, [a, b]: [usize; 2]) {
     for (end, body) in ENDS.into_iter().zip([b, a]) {
-        bodies.columns.named_mut(end, count)[body] = 0.0;
+        columns.named_mut(end, count)[body] = 0.0;
     }
 }

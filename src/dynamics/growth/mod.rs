@@ -154,7 +154,8 @@ fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, (time, part): (f64,
         bodies.lineage[daughter] = line;
     }
     if species.growth.bond_daughters.is_some() {
-        join(bodies, line.id, [mother, upper]);
+        let count = bodies.len();
+        join(&mut bodies.columns, count, line.id, [mother, upper]);
     }
 }
 

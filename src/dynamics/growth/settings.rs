@@ -62,7 +62,7 @@ pub struct Growth {
     #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
     /// The bond between the two daughters of a division; a daughter keeps the bond of her mother at her other end, so
-    /// that cells form chains. Only on the CPU, with `"euler"` steps. Without it: daughters are free.
+    /// that cells form chains. Only with `"euler"` steps. Without it: daughters are free.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub bond_daughters: Option<DaughterBond>,
     /// What happens to cells without room to grow, in a container of walls or periods. All entries of a list must

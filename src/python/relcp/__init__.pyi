@@ -435,6 +435,56 @@ class WallContacts:
     def force(self) -> _Floats:
         """(M, 3): the force of the body on the wall: along the normal, and friction."""
 
+@final
+class Bonds:
+    """Bonds and joints that hold, one row each, sorted by number. M is their number. Broken ones are not among them."""
+
+    def __len__(self) -> int: ...
+    @property
+    def number(self) -> npt.NDArray[np.uint32]:
+        """(M,): the scene's `bonds` first, then those of chains, `joints`, and bonds of daughters."""
+
+    @property
+    def bodies(self) -> npt.NDArray[np.uint64]:
+        """(M, 2): the rows of both bodies."""
+
+    @property
+    def point_a(self) -> _Floats:
+        """(M, 3): the end on the first body, in space."""
+
+    @property
+    def point_b(self) -> _Floats:
+        """(M, 3): the end on the second body, in space; in a periodic cell at the image nearest to the first body."""
+
+    @property
+    def length(self) -> _Floats:
+        """(M,): the distance of the ends."""
+
+    @property
+    def rest_length(self) -> _Floats:
+        """(M,): the length at rest."""
+
+    @property
+    def tension(self) -> _Floats:
+        """(M,): the force along the bond, positive where it pulls its ends together; of one of length 0 all of its
+        force."""
+
+    @property
+    def force(self) -> _Floats:
+        """(M, 3): the force on the second body at its end, that of the last step; NaN where it is not known."""
+
+    @property
+    def torque(self) -> _Floats:
+        """(M, 3): the torque on the second body about its end, as `force`."""
+
+    @property
+    def bending_energy(self) -> _Floats:
+        """(M,): the energy of bends and turns that it resists."""
+
+    @property
+    def contact(self) -> npt.NDArray[np.bool_]:
+        """(M,): whether its bodies collide."""
+
 class Bodies:
     """All bodies at the time at which a force is evaluated, one row per body; arrays are read-only copies."""
 
@@ -533,6 +583,10 @@ class State(Bodies):
 
     def wall_contacts(self, cutoff: Optional[float] = None) -> WallContacts:
         """All bodies and surfaces of walls whose separation is at most `cutoff`, as `contacts`."""
+
+    @property
+    def bonds(self) -> Bonds:
+        """The bonds and joints that hold. `force`, `torque` and `tension` are NaN in a state without forces."""
 
     def measure(self, name: str) -> dict[str, Any]:
         """A measure of this state: values by column, `remark`, and `profile` if it has one."""
@@ -1133,6 +1187,10 @@ class Simulation:
 
     def wall_contacts(self, cutoff: float = 0.0) -> WallContacts:
         """All bodies and surfaces of walls whose separation is at most `cutoff`, computed afresh in f64."""
+
+    @property
+    def bonds(self) -> Bonds:
+        """The bonds and joints that hold, with the forces of the last step."""
 
     def summary(self) -> dict[str, Any]:
         """The summary of the run so far, with the keys of the program's `summary.json`."""
