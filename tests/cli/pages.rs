@@ -316,7 +316,7 @@ fn the_changelog_has_each_entry_once() {
             twice.push(line);
         }
     }
-    assert!(seen.len() > 50 && twice.is_empty(), "{twice:#?}");
+    assert!(seen.len() > 30 && twice.is_empty(), "{twice:#?}");
 }
 
 /// The blocks of a page that `benches/peers/run` fills, by name.
