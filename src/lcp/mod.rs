@@ -47,6 +47,8 @@ mod team;
 
 pub use drive::ResidualSample;
 pub use friction::Cone;
+#[cfg(feature = "gpu")]
+pub(crate) use friction::packed::PackedContacts;
 pub use kind::SolverKind;
 pub(crate) use places::Places;
 pub(crate) use portion::{Alone, Portion};

@@ -1,6 +1,7 @@
 //! Members of an ensemble against the same scenes alone on the device.
 
 use crate::device::device;
+use crate::friction::heap_on_device;
 use crate::long::precisions_of_long_runs;
 use relcp::batch::{Ended, Member, Options, Plan, Watch, run as run_batch};
 use relcp::gpu::{Ensemble, Gpu, Precision};
@@ -29,6 +30,7 @@ fn scenes() -> Vec<Scene> {
         short("piston", &["time.end=0.05"]),
         short("three-capsules", &[]),
         short("ladder", &["time.end=0.2"]),
+        heap_on_device(30),
     ]
 }
 

@@ -3,6 +3,7 @@
 
 use crate::device::{device, precisions};
 use crate::rough::{G, assert_near, ball, floor, inertial, parse, pyramid, rod, weight, with};
+use crate::traffic::own;
 use relcp::bodies::Bodies;
 use relcp::gpu::{Gpu, GpuError, Precision};
 use relcp::internals::backend::cpu::Cpu;
@@ -187,12 +188,23 @@ fn run_all(gpu: &Arc<Gpu>, precision: Precision, scene: &Value) -> (Bodies, Vec<
     (simulation.state().unwrap().bodies.clone(), reports)
 }
 
-/// Each precision of the device, and what an error of some 1e-9 in f64 may be in it.
+/// Solvers: by the first one a software adapter's host solves, by the second one the device.
+const SOLVERS: [&str; 2] = ["auto", "pair_block_cg"];
+
+/// A scene with this solver.
+fn by(scene: &Value, solver: &str) -> Value {
+    let mut scene = scene.clone();
+    scene["solver"]["kind"] = json!(solver);
+    scene
+}
+
+/// Each precision of the device and each solver, and what an error of some 1e-9 in f64 may be in it.
 fn each(mut check: impl FnMut(&dyn Fn(&Value) -> Bodies, f64)) {
     let Some(gpu) = device() else { return };
-    for precision in precisions(gpu) {
+    for (precision, solver) in precisions(gpu).into_iter().flat_map(|precision| SOLVERS.map(|of| (precision, of))) {
         let error = if precision == Precision::F32 { 5e-6 } else { 1e-8 };
-        check(&|scene| run_all(gpu, precision, scene).0, error);
+        println!("{precision:?}, {solver}");
+        check(&|scene| run_all(gpu, precision, &by(scene, solver)).0, error);
     }
 }
 
@@ -296,7 +308,7 @@ fn heap(steps: u32) -> Value {
 }
 
 /// How far a heap is from the CPU's after so many steps, and the work and the pushing contacts of both by then.
-fn beside_the_cpu(gpu: &Arc<Gpu>, precision: Precision, steps: u32) -> (f64, [f64; 2], [usize; 2]) {
+fn beside_the_cpu(gpu: &Arc<Gpu>, precision: Precision, solver: &str, steps: u32) -> (f64, [f64; 2], [usize; 2]) {
     let mut scene = heap(steps);
     scene["solver"] = json!({"tolerance": 1e-9});
     scene["contact"]["elastic_slip"] = json!(1e-4);
@@ -305,7 +317,7 @@ fn beside_the_cpu(gpu: &Arc<Gpu>, precision: Precision, steps: u32) -> (f64, [f6
     while !simulation.done() {
         theirs.push(simulation.step().unwrap());
     }
-    let (bodies, ours) = run_all(gpu, precision, &scene);
+    let (bodies, ours) = run_all(gpu, precision, &by(&scene, solver));
     // Contact takes energy at least, up to the tolerances.
     assert!(ours.iter().all(|report| report.contact_energy <= 1e-4), "energy rises");
     let cpu = &simulation.state().unwrap().bodies;
@@ -319,12 +331,12 @@ fn beside_the_cpu(gpu: &Arc<Gpu>, precision: Precision, steps: u32) -> (f64, [f6
 #[test]
 fn a_heap_follows_the_cpus() {
     let Some(gpu) = device() else { return };
-    for precision in precisions(gpu) {
+    for (precision, solver) in precisions(gpu).into_iter().flat_map(|precision| SOLVERS.map(|of| (precision, of))) {
         // In step 44 rods come to lie on the floor, where the law has many solutions, and rounding chooses.
         for (steps, [exact, rounded]) in [(43, [1e-10, 1e-5]), (60, [1e-3, 1e-3])] {
-            let (off, work, pushing) = beside_the_cpu(gpu, precision, steps);
+            let (off, work, pushing) = beside_the_cpu(gpu, precision, solver, steps);
             println!(
-                "{precision:?}: after {steps} steps positions within {off:.1e}, work {work:?}, {pushing:?} pushes"
+                "{precision:?}, {solver}: after {steps} steps positions within {off:.1e}, work {work:?}, {pushing:?} pushes"
             );
             assert!(off <= if precision == Precision::F32 { rounded } else { exact }, "{precision:?} {steps}: {off:e}");
             assert!((work[0] / work[1] - 1.0).abs() <= 0.01 && work[1] > 0.3, "{work:?}");
@@ -338,6 +350,30 @@ pub fn bouncing_heap() -> Scene {
     let mut scene = heap(50);
     scene["contact"]["restitution"] = json!(0.4);
     parse(&scene)
+}
+
+/// A heap with friction that the device solves.
+pub fn heap_on_device(steps: u32) -> Scene {
+    parse(&by(&heap(steps), "pair_block_cg"))
+}
+
+#[test]
+fn a_solve_on_the_device_is_dispatched_there() {
+    let Some(gpu) = own() else { return };
+    for precision in precisions(&gpu) {
+        let compute = Compute::Gpu { gpu: gpu.clone(), precision };
+        let [(_, host), (iterations, device)] = SOLVERS.map(|solver| {
+            let scene = parse(&by(&heap(60), solver));
+            let mut simulation = Simulation::builder(scene).on(&compute).build().unwrap();
+            let before = gpu.counters().dispatches;
+            let iterations: u64 = (0..60).map(|_| simulation.step().unwrap().iterations).sum();
+            (iterations, gpu.counters().dispatches - before)
+        });
+        println!("{precision:?}: {iterations} iterations, {device} dispatches, {host} where the host solves");
+        // In f32 the host takes the last iterations.
+        let each = if precision == Precision::F32 { 1 } else { 5 };
+        assert!(iterations > 50 && device > host + each * iterations, "{precision:?}: {iterations}");
+    }
 }
 
 #[test]

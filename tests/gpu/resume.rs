@@ -1,7 +1,7 @@
 //! A run that goes on from a state on the device has the bits of one that was not stopped.
 
 use crate::device::{device, precisions};
-use crate::friction::bouncing_heap;
+use crate::friction::{bouncing_heap, heap_on_device};
 use crate::long::precisions_of_long_runs;
 use crate::steps::patch;
 use glam::DVec3;
@@ -172,6 +172,7 @@ fn heaps_that_keep_their_momentum() {
 #[test]
 fn a_heap_with_friction_and_restitution() {
     goes_on(&bouncing_heap(), 60, &[9, 41]);
+    goes_on(&heap_on_device(60), 60, &[9, 41]);
 }
 
 #[test]

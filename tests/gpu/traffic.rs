@@ -7,7 +7,7 @@ use relcp::simulation::{Compute, Simulation};
 use std::sync::Arc;
 
 /// A device of its own, as other tests count too.
-fn own() -> Option<Arc<Gpu>> {
+pub fn own() -> Option<Arc<Gpu>> {
     let choice = Choice { name: Some(device()?.name().to_owned()), software: true, ..Choice::default() };
     Some(Arc::new(Gpu::open(&choice).unwrap()))
 }

@@ -16,7 +16,7 @@ use crate::dynamics::bonds::daughters::{bonds_of, is_parted};
 use crate::dynamics::{Bond, BondName, Cells, Motion};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::Precision;
-use crate::lcp::{Alone, Outcome, Problem};
+use crate::lcp::{Alone, Outcome, PackedContacts, Problem};
 use crate::separation::Separation;
 use crate::step::{Effect, Fault, Model, State};
 use crate::warm::Warm;
@@ -69,6 +69,11 @@ pub trait Hosted: Send {
     fn set_offset(&mut self, contact: usize, offset: f64);
     /// Solves from the present multipliers.
     fn solve(&mut self, tolerance: f64) -> Outcome;
+    /// What these contacts have beside their normal rows, for a solve on the device. None if there are other rows, or
+    /// no friction.
+    fn packed(&self, contacts: &[usize]) -> Option<PackedContacts>;
+    /// Takes over the multipliers of these contacts from a solve to a tolerance on the device.
+    fn take_solved(&mut self, contacts: &[usize], gammas: &[f64], outcome: &Outcome, tolerance: f64);
     /// Solves in the sense of the least overlap: see [`crate::step::Verbs::relax`].
     fn relax(&mut self, allowed: f64) -> Option<Outcome>;
     /// Computes the velocities of the present multipliers.
@@ -259,6 +264,26 @@ impl<const D: usize> Hosted for OnHost<D> {
     fn solve(&mut self, tolerance: f64) -> Outcome {
         let Cpu { solve, rows, .. } = &mut self.cpu;
         solve.solve(rows, tolerance)
+    }
+
+    fn packed(&self, contacts: &[usize]) -> Option<PackedContacts> {
+        let rows = &self.cpu.rows;
+        if rows.bonded() > 0 || !rows.is_frictional() {
+            return None;
+        }
+        let mut packed = PackedContacts::default();
+        for contact in contacts {
+            packed.push(&rows.problem, &rows.gamma, self.normals[*contact]);
+        }
+        Some(packed)
+    }
+
+    fn take_solved(&mut self, contacts: &[usize], gammas: &[f64], outcome: &Outcome, tolerance: f64) {
+        let Cpu { solve, rows, .. } = &mut self.cpu;
+        for (contact, found) in contacts.iter().zip(gammas.chunks_exact(4)) {
+            rows.take_multipliers(self.normals[*contact], found);
+        }
+        solve.take_solved(outcome, tolerance);
     }
 
     fn relax(&mut self, allowed: f64) -> Option<Outcome> {

@@ -453,6 +453,13 @@ impl<const D: usize> RowSet<D> {
         std::mem::replace(&mut self.changed, false)
     }
 
+    /// Takes over the multipliers of the contact whose normal row this is.
+    #[cfg(feature = "gpu")]
+    pub(super) fn take_multipliers(&mut self, normal: usize, found: &[f64]) {
+        self.changed = true;
+        crate::lcp::PackedContacts::take(found, &self.problem, &mut self.gamma, normal);
+    }
+
     /// The multipliers, to be changed.
     pub(super) fn change_gamma(&mut self) -> &mut Vec<f64> {
         self.changed = true;

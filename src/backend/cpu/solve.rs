@@ -78,6 +78,13 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
         outcome
     }
 
+    /// Takes note of a solve by a device, to this tolerance.
+    #[cfg(feature = "gpu")]
+    pub(super) fn take_solved(&mut self, outcome: &Outcome, tolerance: f64) {
+        self.solver.set_settings(Settings { tolerance, ..self.settings });
+        (self.solved, self.residual) = (false, outcome.residual);
+    }
+
     /// Solves the regularized LCP with violations up to `allowed`, if the result is better than that of the last solve.
     pub(super) fn relax(&mut self, rows: &mut RowSet<D>, allowed: f64) -> Option<Outcome> {
         let mut relaxed = rows.gamma.clone();

@@ -1,17 +1,21 @@
 //! The rows of scenes with friction, restitution or implicit bonds. The device finds contacts, makes their normal rows
-//! and computes trials; the host reads the normal rows, adds tangents and bonds, solves in f64
-//! ([`crate::backend::cpu::hosted`]), and writes the multipliers of normal rows and the velocities.
+//! and computes trials; the host reads the normal rows, adds tangents and bonds ([`crate::backend::cpu::hosted`]), and
+//! writes the multipliers of normal rows and the velocities. It solves in f64, or the device does where that pays
+//! ([`FrictionSolver`]).
 
 use super::Setup;
+use super::candidates::Candidates;
 use super::lists::Lists;
 use super::parted::Parted;
 use super::row_set::RowSet;
+use super::solve::with_joined;
 use crate::backend::cpu::hosted::{Broken, DeviceRow, DeviceStart, Hosted, hosted};
 use crate::bodies::{Bodies, HeldBond};
 use crate::dynamics::BondName;
 use crate::freedom::SPATIAL;
-use crate::gpu::{Gpu, GpuError};
-use crate::lcp::{Outcome, Problem};
+use crate::gpu::{Gpu, GpuError, Precision};
+use crate::lcp::gpu::{DeviceProblem, FrictionSolver};
+use crate::lcp::{Outcome, Problem, Settings, SolverKind, Status};
 use crate::separation::Separation;
 use crate::separation::branches::branch_in_place;
 use crate::step::{Effect, Fault, Model, State};
@@ -20,10 +24,19 @@ use crate::warm::Warm;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap, VecDeque};
 
+/// The fewest contacts of a problem that a hardware device solves; fewer, and all on software adapters, are the host's.
+/// An iteration is five dispatches at any size, and on the CPU some 0.35 us a contact. Not measured on hardware.
+const LEAST_CONTACTS: u64 = 500;
+
+/// In f32 a device solves to this part of the overlap tolerance at best, as without friction.
+const FINEST_PER_OVERLAP: f64 = 0.1;
+
 /// The host's part of the steps, and the contact of each row of the device.
 pub(super) struct HostedRows {
     own: Box<dyn Hosted>,
     of_row: Vec<RowOf>,
+    /// The device's own solver of contacts with friction.
+    frictional: Option<Frictional>,
     /// In scenes with bonds whose bodies do not collide.
     pub parted: Option<Parted>,
 }
@@ -43,10 +56,13 @@ type ReadRow = ([u32; 2], Option<DeviceRow>);
 impl HostedRows {
     /// The host's part of a scene's steps; `None` if the device solves on its own.
     pub fn new(gpu: &Gpu, setup: &Setup, model: &Model, state: &State) -> Result<Option<Self>, GpuError> {
-        let own = hosted(model, state, setup.precision);
+        let frictional = Frictional::new(gpu, setup, model)?;
+        // The host has all methods for what the device leaves.
+        let solver = if frictional.is_some() { SolverKind::Auto } else { model.solver };
+        let own = hosted(&Model { solver, ..model.clone() }, state, setup.precision);
         let own = own.map_err(|fault| GpuError::Refused { message: fault.to_string() })?;
         let Some(own) = own else { return Ok(None) };
-        Ok(Some(HostedRows { own, of_row: Vec::new(), parted: Parted::new(gpu, setup)? }))
+        Ok(Some(HostedRows { own, of_row: Vec::new(), frictional, parted: Parted::new(gpu, setup)? }))
     }
 
     /// Begins a step.
@@ -126,9 +142,30 @@ impl HostedRows {
         }
     }
 
-    /// Solves from the present multipliers.
-    pub fn solve(&mut self, tolerance: f64) -> Outcome {
-        self.own.solve(tolerance)
+    /// Solves from the present multipliers: on the device where that pays, and on the host what is left.
+    pub fn solve(
+        &mut self,
+        gpu: &Gpu,
+        (candidates, rows): (&mut Candidates, &mut RowSet),
+        tolerance: f64,
+    ) -> Result<Outcome, GpuError> {
+        let HostedRows { own, of_row, frictional, .. } = self;
+        let Some(frictional) = frictional.as_mut().filter(|of| of_row.len() as u64 >= of.least) else {
+            return Ok(own.solve(tolerance));
+        };
+        let contacts: Vec<usize> = of_row.iter().map(|of| of.contact).collect();
+        let Some(packed) = own.packed(&contacts) else { return Ok(own.solve(tolerance)) };
+        let solver = &mut frictional.solver;
+        solver.set_settings(Settings { tolerance: tolerance.max(frictional.finest), ..solver.settings() });
+        let solve = |problem: &mut DeviceProblem| solver.solve(gpu, problem, &packed);
+        let (outcome, gammas) = with_joined(gpu, candidates, &mut rows.problem, solve)?;
+        own.take_solved(&contacts, &gammas, &outcome, tolerance);
+        if outcome.status == Status::Solved && outcome.residual <= tolerance {
+            return Ok(outcome);
+        }
+        let rest = own.solve(tolerance);
+        let (iterations, products) = (outcome.iterations + rest.iterations, outcome.products + rest.products);
+        Ok(Outcome { iterations, products, ..rest })
     }
 
     /// Solves in the sense of the least overlap.
@@ -210,6 +247,39 @@ impl HostedRows {
         let left = own.iter().zip(used).filter(|(_, used)| !used).map(|(own, _)| *own);
         warm.extend(left);
         warm.sort_by_key(|warm| (warm.pair, warm.feature));
+    }
+}
+
+/// The device's own solver of contacts with friction.
+struct Frictional {
+    solver: FrictionSolver,
+    /// The fewest contacts of a problem that it solves.
+    least: u64,
+    /// The least tolerance that it solves to; the host goes on from there.
+    finest: f64,
+}
+
+impl Frictional {
+    /// That of a scene; none without friction, with bonds among the rows, or with another method.
+    fn new(gpu: &Gpu, setup: &Setup, model: &Model) -> Result<Option<Self>, GpuError> {
+        let suits = matches!(model.solver, SolverKind::Auto | SolverKind::PairBlockCg);
+        if model.friction.is_none() || model.bonds.first_implicit().is_some() || !suits {
+            return Ok(None);
+        }
+        let mut solver = FrictionSolver::new(gpu, setup.precision, setup.planar, model.lcp)?;
+        let least = match model.solver {
+            SolverKind::PairBlockCg => 1,
+            _ if gpu.is_software() => u64::MAX,
+            _ => LEAST_CONTACTS,
+        };
+        let finest = match setup.precision {
+            Precision::F32 => FINEST_PER_OVERLAP * model.contact.overlap_tolerance,
+            Precision::F64 => 0.0,
+        };
+        if least < u64::MAX {
+            solver.compile(gpu)?;
+        }
+        Ok(Some(Frictional { solver, least, finest }))
     }
 }
 

@@ -4,7 +4,7 @@ use super::Setup;
 use super::candidates::Candidates;
 use super::row_set::RowSet;
 use crate::gpu::{Gpu, GpuError};
-use crate::lcp::gpu::Solver;
+use crate::lcp::gpu::{DeviceProblem, Solver};
 use crate::lcp::{Outcome, Settings};
 use crate::step::Model;
 
@@ -45,12 +45,21 @@ impl Solve {
             return Err(GpuError::Refused { message: "the host solves in this scene".into() });
         };
         solver.set_settings(Settings { tolerance, ..solver.settings() });
-        let problem = &mut rows.problem;
-        let Some(surfaces) = &mut candidates.surfaces else { return solver.solve(gpu, problem) };
-        surfaces.join_places(gpu, &candidates.lists, &problem.block_start)?;
-        surfaces.exchange_starts(&mut problem.block_start);
-        let outcome = solver.solve(gpu, problem);
-        surfaces.exchange_starts(&mut problem.block_start);
-        outcome
+        with_joined(gpu, candidates, &mut rows.problem, |problem| solver.solve(gpu, problem))
     }
+}
+
+/// Solves a problem in which a body's rows at all places of a surface are those of one pair.
+pub(super) fn with_joined<T>(
+    gpu: &Gpu,
+    candidates: &mut Candidates,
+    problem: &mut DeviceProblem,
+    solve: impl FnOnce(&mut DeviceProblem) -> Result<T, GpuError>,
+) -> Result<T, GpuError> {
+    let Some(surfaces) = &mut candidates.surfaces else { return solve(problem) };
+    surfaces.join_places(gpu, &candidates.lists, &problem.block_start)?;
+    surfaces.exchange_starts(&mut problem.block_start);
+    let outcome = solve(problem);
+    surfaces.exchange_starts(&mut problem.block_start);
+    outcome
 }

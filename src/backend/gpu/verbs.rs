@@ -180,7 +180,7 @@ impl Verbs for Device {
         let outcome = match hosted {
             Some(hosted) => {
                 solve.tolerance = tolerance;
-                hosted.solve(tolerance)
+                hosted.solve(gpu, (&mut narrow.candidates, rows), tolerance)?
             }
             None => solve.solve(gpu, &mut narrow.candidates, rows, tolerance)?,
         };

@@ -17,13 +17,16 @@
 use super::cone::{Triple, contains, dot, dual_contains, project};
 
 /// Most rounds of Newton's method, which takes 2 to 6. An inexact answer would do.
-const MOST_ROUNDS: usize = 30;
+pub(in crate::lcp) const MOST_ROUNDS: usize = 30;
 
 /// A round that changes the multiplier by a smaller part is the last.
-const CONVERGED: f64 = 1e-8;
+pub(in crate::lcp) const CONVERGED: f64 = 1e-8;
 
 /// Rounds of Jacobi's method for the eigenvectors, far more than it takes.
-const MOST_SWEEPS: usize = 20;
+pub(in crate::lcp) const MOST_SWEEPS: usize = 20;
+
+/// An entry off the diagonal that is this part of the rounding of those on it is zero.
+pub(in crate::lcp) const NEGLIGIBLE: f64 = 1e-3;
 
 type Matrix = [Triple; 3];
 
@@ -151,7 +154,7 @@ fn diagonalize(m: &mut Matrix, vectors: &mut Matrix) {
 /// The rotation that makes `m[p][q]` zero (G. H. Golub, C. F. Van Loan, Matrix Computations, section 8.5).
 fn rotate(m: &mut Matrix, vectors: &mut Matrix, p: usize, q: usize) {
     let off = m[p][q];
-    if off.abs() <= f64::MIN_POSITIVE + 1e-3 * f64::EPSILON * (m[p][p] * m[q][q]).abs().sqrt() {
+    if off.abs() <= f64::MIN_POSITIVE + NEGLIGIBLE * f64::EPSILON * (m[p][p] * m[q][q]).abs().sqrt() {
         (m[p][q], m[q][p]) = (0.0, 0.0);
         return;
     }

@@ -8,7 +8,7 @@
 pub(super) type Triple = [f64; 3];
 
 /// A point after a displacement to a point of the cone may lie outside by this part of its terms, by rounding.
-const ROUNDING: f64 = 1e-12;
+pub(in crate::lcp) const ROUNDING: f64 = 1e-12;
 
 /// The length of the tangential part.
 #[inline]
@@ -54,7 +54,7 @@ pub(super) fn admit(x: Triple, mu: f64) -> Triple {
 }
 
 /// A point is on the boundary if this part of its tangential number is its distance.
-const ON_BOUNDARY: f64 = 1e-12;
+pub(in crate::lcp) const ON_BOUNDARY: f64 = 1e-12;
 
 /// `y - x`, for both in `K`. Along the boundary its normal number is made from the tangential ones: a displacement much
 /// smaller than the two would have little but their rounding across the boundary, where the gradient is steep.

@@ -1,7 +1,8 @@
 //! The solve: iterations with the corrections as they are, and corrections that follow the slips.
 
 use super::interior::Interior;
-use super::rows::{Frictional, Measured};
+use super::pace::{PACE_OF_PAIRS, Pace, Paced};
+use super::rows::Frictional;
 use crate::lcp::apgd::Apgd;
 use crate::lcp::cone::worse;
 use crate::lcp::drive::{Drive, Method, Progress, SolveState};
@@ -9,19 +10,9 @@ use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::verbs::Verbs;
 use crate::lcp::{Outcome, Problem, Settings, SolverKind, Status};
 
-/// The corrections follow where the residual with the present ones is at most this part of the tolerance, even before
-/// it is their turn.
-const OF_TOLERANCE: f64 = 0.3;
-
-/// So many follows that do not halve the least residual double the iterations between them, up to the most, and halve
-/// the part of what corrections are off, down to the least.
-const FOLLOWS: u32 = 20;
-const MOST_BETWEEN: u64 = 100;
-const LEAST_OF_CHANGE: f64 = 0.1;
-
 /// Where so many iterations of `pair_block_cg` did not halve the residual, `auto` goes on with the interior-point
 /// method, if the problem is not too large for it, and then with `apgd`.
-const ITERATIONS_TO_HALVE: u64 = 600;
+pub(in crate::lcp) const ITERATIONS_TO_HALVE: u64 = 600;
 
 /// And ends where so many of `apgd` did not: the law is then solved with its corrections held.
 const LAST_ITERATIONS_TO_HALVE: u64 = 600;
@@ -32,58 +23,20 @@ const MOST_ROUNDS: u32 = 8;
 
 /// A method that goes on where the gradient is moved.
 trait Follows<const D: usize>: Method<Frictional<D>> {
-    /// Iterations between two follows, at first.
-    const BETWEEN: u64;
-    /// And they follow where the residual with the present corrections is at most this part of what the farthest of
-    /// them is off.
-    const OF_CHANGE: f64;
+    const PACE: Paced;
     /// Moves the gradients that it keeps.
     fn shift(&mut self, delta: &[f64]);
 }
 
 impl<const D: usize> Follows<D> for PairBlockCg<Vec<f64>, f64> {
-    const BETWEEN: u64 = 20;
-    const OF_CHANGE: f64 = 1.0;
+    const PACE: Paced = PACE_OF_PAIRS;
     fn shift(&mut self, _: &[f64]) {}
 }
 
 impl<const D: usize> Follows<D> for Apgd<Frictional<D>> {
-    const BETWEEN: u64 = 3;
-    const OF_CHANGE: f64 = 0.1;
+    const PACE: Paced = Paced { between: 3.0, of_change: 0.1 };
     fn shift(&mut self, delta: &[f64]) {
         Apgd::shift(self, delta);
-    }
-}
-
-/// When the corrections follow.
-struct Pace {
-    between: u64,
-    of_change: f64,
-    last: u64,
-    /// Follows since the least residual was halved, and what it was then.
-    follows: u32,
-    least: f64,
-}
-
-impl Pace {
-    fn of<const D: usize, M: Follows<D>>(last: u64) -> Self {
-        Pace { between: M::BETWEEN, of_change: M::OF_CHANGE, last, follows: 0, least: f64::INFINITY }
-    }
-
-    fn is_due(&self, iterations: u64, measured: Measured, tolerance: f64) -> bool {
-        let solved = measured.cones <= (OF_TOLERANCE * tolerance).max(self.of_change * measured.change);
-        iterations == 0 || solved || iterations - self.last >= self.between
-    }
-
-    fn followed(&mut self, progress: Progress) {
-        self.last = progress.iterations;
-        self.follows += 1;
-        if progress.least <= 0.5 * self.least {
-            (self.follows, self.least) = (0, progress.least);
-        } else if self.follows >= FOLLOWS {
-            (self.follows, self.between) = (0, (2 * self.between).min(MOST_BETWEEN));
-            self.of_change = (0.5 * self.of_change).max(LEAST_OF_CHANGE);
-        }
     }
 }
 
@@ -223,7 +176,7 @@ fn go<const D: usize, M: Follows<D>>(
     patience: u64,
 ) -> Option<Status> {
     let begun = if state.is_new() { 0 } else { state.progress().iterations };
-    let mut pace = Pace::of::<D, M>(begun);
+    let mut pace = Pace::new(M::PACE, state.is_new(), f64::from);
     let mut halved = (begun, f64::INFINITY);
     loop {
         if let Some(status) = drive.go(rows, method, state, 1, &|_| true) {
@@ -235,9 +188,8 @@ fn go<const D: usize, M: Follows<D>>(
         } else if progress.iterations - halved.0 >= patience {
             return None;
         }
-        if !rows.held && pace.is_due(progress.iterations, rows.measured, tolerance) {
+        if !rows.held && pace.turn(rows.measured, progress.least, tolerance) > 0.0 {
             method.shift(rows.follow(&mut drive.at.g));
-            pace.followed(progress);
         }
     }
 }

@@ -10,8 +10,8 @@ use super::cone::tangential;
 use super::unit::Unit;
 
 /// The smallest part of a change that is made, and how it grows.
-const SMALLEST: f64 = 0.05;
-const GROWTH: f64 = 1.2;
+pub(in crate::lcp) const SMALLEST: f64 = 0.05;
+pub(in crate::lcp) const GROWTH: f64 = 1.2;
 
 /// The corrections of all units.
 #[derive(Clone, Debug, Default)]

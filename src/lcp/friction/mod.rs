@@ -45,14 +45,32 @@ mod drive;
 mod follow;
 mod interior;
 mod linked;
+mod pace;
+#[cfg(feature = "gpu")]
+pub(super) mod packed;
 mod pairs;
 mod problem;
 mod rows;
 mod scalars;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod unit;
 
+/// The constants that kernels share.
+#[cfg(feature = "gpu")]
+pub(super) mod constants {
+    pub(in crate::lcp) use super::block::{CONVERGED, MOST_ROUNDS, MOST_SWEEPS, NEGLIGIBLE};
+    pub(in crate::lcp) use super::cone::{ON_BOUNDARY, ROUNDING};
+    pub(in crate::lcp) use super::follow::{GROWTH, SMALLEST};
+    pub(in crate::lcp) use super::pairs::{SETTLED, SWEEPS};
+}
+
 pub(super) use drive::Friction;
+#[cfg(feature = "gpu")]
+pub(super) use drive::ITERATIONS_TO_HALVE;
+#[cfg(feature = "gpu")]
+pub(super) use pace::{Measured, PACE_OF_PAIRS, Pace};
 pub use problem::Cone;
 use problem::tangents;
+#[cfg(all(test, feature = "gpu"))]
+pub(super) use rows::Frictional;

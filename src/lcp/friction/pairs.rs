@@ -14,13 +14,13 @@ use crate::lcp::product::Product;
 use std::ops::Range;
 
 /// Addition to the diagonal of a block, as a part of its largest entry, as in [`crate::lcp::pair_blocks`].
-pub(super) const REGULARIZATION: f64 = 1e-6;
+pub(in crate::lcp) const REGULARIZATION: f64 = 1e-6;
 
 /// Most sweeps over the units of a pair.
-pub(super) const SWEEPS: usize = 10;
+pub(in crate::lcp) const SWEEPS: usize = 10;
 
 /// A sweep that moves the units by less than this part of the first one is the last.
-pub(super) const SETTLED: f64 = 1e-3;
+pub(in crate::lcp) const SETTLED: f64 = 1e-3;
 
 /// The units of a pair.
 struct Pair {

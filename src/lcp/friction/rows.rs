@@ -6,6 +6,7 @@
 
 use super::cone;
 use super::follow::Follow;
+use super::pace::Measured;
 use super::pairs::Pairs;
 use super::unit::Unit;
 use crate::lcp::cone::worse;
@@ -40,15 +41,6 @@ pub(crate) struct Frictional<const D: usize> {
     products: u64,
     noted: Vec<f64>,
     finite: bool,
-}
-
-/// What a residual of the law is made of.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Measured {
-    /// The residual with the corrections as they are.
-    pub cones: f64,
-    /// How far the farthest correction is off.
-    pub change: f64,
 }
 
 impl<const D: usize> Frictional<D> {
@@ -136,7 +128,7 @@ impl<const D: usize> Frictional<D> {
     }
 
     /// The units, in the order of rows here.
-    pub fn units(&self) -> &[Unit] {
+    pub(super) fn units(&self) -> &[Unit] {
         &self.units
     }
 
@@ -155,6 +147,12 @@ impl<const D: usize> Frictional<D> {
         let is_normal = row == self.units[unit].rows().start;
         let correction = if is_normal && !corrected { self.follow.offset(unit) } else { 0.0 };
         self.q[row] - correction
+    }
+
+    /// What the last residual is made of.
+    #[cfg(all(test, feature = "gpu"))]
+    pub fn measured(&self) -> Measured {
+        self.measured
     }
 
     /// Counts products from zero.

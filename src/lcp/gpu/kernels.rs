@@ -1,5 +1,6 @@
 //! The kernels of one solver, assembled for a number type, a dimension and a solver kind.
 
+use super::elements::Elements;
 use super::layout::{GRID_WORDS, HALT, LOOKS, MOST_EXACT, NUMBERS, Parameters, REDUCTIONS, Slots, Variant};
 use super::memory::Memory;
 use super::number::{Operation, RING};
@@ -24,7 +25,7 @@ const _: () = assert!(SMALL_WORKGROUP_ON_SOFTWARE >= REDUCTIONS);
 /// The relative addition to the diagonal of a pair's block, as on the CPU; at least this many rounding errors, because
 /// the entries of a block are sums of products, each with its rounding error.
 const REGULARIZATION: f64 = 1e-6;
-const ROUNDINGS: f64 = 32.0;
+pub(super) const ROUNDINGS: f64 = 32.0;
 
 /// The instruction on pairs at an offset of the program.
 const RUN_BLOCK: &str = "fn run_block(place: u32, pairs: u32, local: u32) {
@@ -64,7 +65,7 @@ impl Kernels {
         if self.prepare_rows.is_none() {
             self.prepare_rows = Some(kernel(variant.prepare_rows())?);
         }
-        if self.prepare_pairs.is_none() && variant.slots.coupling.is_some() {
+        if self.prepare_pairs.is_none() && variant.slots.has_blocks() {
             self.prepare_pairs = Some(kernel(variant.prepare_pairs())?);
         }
         if self.small.is_none() && small {
@@ -110,8 +111,9 @@ impl Variant {
 
     fn source(&self, name: &str, workgroup: u32) -> Source {
         let slots = &self.slots;
+        let actions = &Action::ALL[..if slots.friction.is_some() { Action::ALL.len() } else { Action::OF_ROWS }];
         let shift = (ROUNDINGS * self.precision.epsilon()).max(REGULARIZATION);
-        Source::with_workgroup(format!("lcp-{name}"), self.precision, workgroup)
+        let source = Source::with_workgroup(format!("lcp-{name}"), self.precision, workgroup)
             .integer("WIDTH", if self.planar { 1 } else { 2 })
             .integer("Q", slots.q)
             .integer("DIAGONAL", slots.diagonal)
@@ -134,10 +136,18 @@ impl Variant {
             .real("SHIFT_OF_DETERMINANT", shift * (2.0 + shift))
             .real("LEAST_PIVOT", 0.1 * shift)
             .constants("kinds of reductions", REDUCTION_KINDS)
-            .constants("actions on rows", Action::ALL.map(|action| (action.constant(), action as u32)))
+            .constants("actions on rows", actions.iter().map(|action| (action.constant(), *action as u32)))
             .constants("operations on numbers", Operation::ALL.map(|what| (what.constant(), what as u32)))
             .include(fragment!("lcp/parameters.wgsl"))
-            .include(fragment!("lcp/cone.wgsl"))
+            .include(fragment!("lcp/cone.wgsl"));
+        match slots.friction {
+            Some(slots) => self.with_friction(source, slots),
+            None => source,
+        }
+    }
+
+    pub(super) fn elements(&self) -> Elements {
+        if self.slots.friction.is_some() { Elements::Contacts } else { Elements::Rows }
     }
 
     fn reducing(&self, name: &str, workgroup: u32) -> Source {
@@ -145,6 +155,9 @@ impl Variant {
     }
 
     fn instructions(&self, source: Source) -> Source {
+        if self.elements() == Elements::Contacts {
+            return self.instructions_of_contacts(source);
+        }
         let source = match self.precision {
             Precision::F32 => source.include(fragment!("lcp/two_sums.wgsl")),
             Precision::F64 => source.include(fragment!("lcp/one_part.wgsl")),
@@ -162,7 +175,7 @@ impl Variant {
             ShapeWork::Rows { product: Some(_), .. } => "product",
             ShapeWork::Rows { .. } => "rows",
         };
-        let mut source = self.reducing(name, WORKGROUP).text(&shape.declarations());
+        let mut source = self.reducing(name, WORKGROUP).text(&shape.declarations(self.elements()));
         source = source.text("var<workgroup> halted: u32;\n");
         if !shape.taken.is_empty() {
             source = source.include(fragment!("lcp/take_sums.wgsl"));
@@ -174,10 +187,13 @@ impl Variant {
             source = self.instructions(source);
         }
         if shape.has_block() {
-            source = source
-                .include(fragment!("lcp/pairs_of_all.wgsl"))
-                .include(fragment!("lcp/pair_block.wgsl"))
-                .include(fragment!("lcp/spans.wgsl"));
+            source = match self.elements() {
+                Elements::Contacts => self.in_contacts(source),
+                Elements::Rows => {
+                    source.include(fragment!("lcp/pairs_of_all.wgsl")).include(fragment!("lcp/pair_block.wgsl"))
+                }
+            };
+            source = source.include(fragment!("lcp/spans.wgsl"));
         }
         if shape.gathers() {
             source = source.include(fragment!("lcp/parts.wgsl"));
@@ -187,6 +203,9 @@ impl Variant {
         }
         if shape.is_exact() {
             source = source.include(fragment!("lcp/two_sums.wgsl")).include(fragment!("lcp/exact.wgsl"));
+        }
+        if self.elements() == Elements::Contacts {
+            return self.stage_of_contacts(source, shape);
         }
         if shape.has_product() {
             source = source
@@ -199,7 +218,7 @@ impl Variant {
             (_, true, true) => source.include(fragment!("lcp/product_exactly.wgsl")),
             _ => source,
         };
-        let text = shape.entry_point(|x| source.literal(x));
+        let text = shape.entry_point(Elements::Rows, |x| source.literal(x));
         source.text(&text)
     }
 
@@ -273,15 +292,27 @@ impl Variant {
     }
 
     pub fn prepare_rows(&self) -> Source {
-        self.source("prepare-rows", WORKGROUP).include(fragment!("lcp/prepare_rows.wgsl"))
+        let source = self.source("prepare-rows", WORKGROUP);
+        match self.elements() {
+            Elements::Rows => source.include(fragment!("lcp/prepare_rows.wgsl")),
+            Elements::Contacts => self.prepare_contacts(source),
+        }
     }
 
     pub fn prepare_entries(&self) -> Source {
-        self.source("prepare-entries", WORKGROUP).include(fragment!("lcp/prepare_entries.wgsl"))
+        let source = self.source("prepare-entries", WORKGROUP);
+        match self.elements() {
+            Elements::Rows => source.include(fragment!("lcp/prepare_entries.wgsl")),
+            Elements::Contacts => self.prepare_entries_of_contacts(source),
+        }
     }
 
     pub fn prepare_pairs(&self) -> Source {
-        self.source("prepare-pairs", WORKGROUP).include(fragment!("lcp/prepare_pairs.wgsl"))
+        let source = self.source("prepare-pairs", WORKGROUP);
+        match self.elements() {
+            Elements::Rows => source.include(fragment!("lcp/prepare_pairs.wgsl")),
+            Elements::Contacts => self.prepare_pairs_of_contacts(source),
+        }
     }
 }
 
@@ -300,6 +331,17 @@ mod tests {
     fn check(source: &Source) {
         validate(&Lcp::sources(source.clone())[0])
             .unwrap_or_else(|e| panic!("{} {:?}: {e}", source.name(), source.precision()));
+    }
+
+    fn variants_of_friction() -> Vec<Variant> {
+        let variant = |precision, planar| Variant {
+            precision,
+            planar,
+            slots: Slots::of_friction(),
+            small_workgroup: SMALL_WORKGROUP,
+        };
+        let of = |precision| [true, false].map(|planar| variant(precision, planar));
+        [Precision::F32, Precision::F64].map(of).concat()
     }
 
     fn variants() -> Vec<Variant> {
@@ -325,6 +367,21 @@ mod tests {
             if v.slots.coupling.is_some() {
                 check(&v.prepare_pairs());
             }
+        }
+        for v in variants_of_friction() {
+            [v.prepare_rows(), v.prepare_entries(), v.prepare_pairs()].iter().for_each(check);
+        }
+    }
+
+    #[test]
+    fn kernels_without_friction_know_nothing_of_it() {
+        let of = |v: &Variant| [v.small(), v.prepare_rows(), v.prepare_entries(), v.stage(&Shape::default())];
+        let words = ["friction", "COMPLIANCE_AT", "FOLLOW"];
+        for source in variants().iter().flat_map(of) {
+            assert!(words.iter().all(|word| !source.code().contains(word)), "{}", source.name());
+        }
+        for source in variants_of_friction().iter().map(|v| v.prepare_rows()) {
+            assert!(words.iter().all(|word| source.code().contains(word)), "{}", source.name());
         }
     }
 
@@ -358,16 +415,18 @@ mod tests {
     #[test]
     fn generated_sources_are_valid() {
         for exact in [false, true] {
-            check_generated(exact);
+            check_generated(exact, false);
         }
+        check_generated(false, true);
     }
 
-    fn check_generated(exact: bool) {
+    fn check_generated(exact: bool, friction: bool) {
+        let actions = if friction { Action::ALL.len() } else { Action::OF_ROWS };
         // All actions before and after pairs, and after a product, with constants and with computed scalars.
         let mut tape = Tape::new(true, exact);
         let computed = tape.sum(Action::Dot, [7, 8, 8]);
         let all = |tape: &mut Tape| {
-            for action in Action::ALL {
+            for action in Action::ALL.into_iter().take(actions) {
                 if action.is_sum() {
                     let sum = tape.sum(action, [7, 8, 9]);
                     tape.look(-sum, 1.0);
@@ -382,8 +441,10 @@ mod tests {
         all(&mut tape);
         tape.product(7, None, 10, true);
         all(&mut tape);
-        tape.clusters(computed, [7, 8], 1e-6, [12, 11]);
-        all(&mut tape);
+        if !friction {
+            tape.clusters(computed, [7, 8], 1e-6, [12, 11]);
+            all(&mut tape);
+        }
         tape.pairs(Block { x: 7, w: None, g: Some(8), out: 12 });
         let late = tape.sum(Action::Dot, [10, 10, 10]);
         tape.row(Action::CopyIf, 7, [8, 8, 7], [late, Number::Known(0.0)]);
@@ -397,8 +458,14 @@ mod tests {
         }
         let shapes = || arguments.iter().map(|arguments| &arguments.shape);
         assert!(shapes().any(Shape::has_block) && shapes().any(Shape::has_product) && shapes().any(Shape::looks));
-        assert!(shapes().any(Shape::is_clusters) && shapes().any(Shape::gathers));
+        assert!(friction || (shapes().any(Shape::is_clusters) && shapes().any(Shape::gathers)));
         assert!(shapes().any(|shape| matches!(shape.work, ShapeWork::Bodies { instead: Some(_), .. })));
+        if friction {
+            for v in variants_of_friction() {
+                shapes().for_each(|shape| check(&v.stage(shape)));
+            }
+            return;
+        }
         for v in variants() {
             let has_blocks = v.slots.coupling.is_some();
             let possible = |shape: &&Shape| {

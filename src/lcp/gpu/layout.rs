@@ -15,7 +15,7 @@ pub(super) const MOST_EXACT: u32 = 8;
 /// within the noise at 2,900 rows; others were not measured on hardware.
 pub(super) const MOST_GROUPS: u64 = 512;
 
-/// The largest number of constants of a tape.
+/// The largest number of constants of a tape, plus one.
 pub(super) const CONSTANTS: u32 = 32;
 
 /// The largest number of recorded residuals that were not read yet: they are stored in a ring.
@@ -23,6 +23,10 @@ pub(super) const LOOKS: u32 = 128;
 
 /// The offset of the first constant among the scalars.
 pub(super) const FIRST_CONSTANT: u32 = RING;
+
+/// The offset of the tolerance of a problem with friction, which is no constant of a kernel. It is that of the last
+/// constant, which no tape uses.
+pub(super) const TOLERANCE: u32 = FIRST_CONSTANT + CONSTANTS - 1;
 
 /// The offset of the number of the check that ended the batch, counted from one over the solve; zero until a check ends
 /// it. The residuals of the checks follow it.
@@ -55,8 +59,21 @@ pub(super) struct Slots {
     pub low: Option<u32>,
     /// Whether problems are divided into clusters.
     pub clusters: bool,
+    /// Vectors of contacts with friction, whose elements are four numbers.
+    pub friction: Option<FrictionSlots>,
     /// The first offset that a method may use.
     pub free: u32,
+}
+
+/// The offsets of further vectors of contacts with friction. `inverse` has each contact's coefficient, the most part of
+/// a change of its correction that is made, the scale of its block, and whether it is live.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct FrictionSlots {
+    pub compliance: u32,
+    /// The corrections, with what they follow by.
+    pub correction: u32,
+    /// Changes of the contacts of a pair.
+    pub scratch: u32,
 }
 
 /// The properties on which the sources depend.
@@ -84,6 +101,7 @@ impl Slots {
             coupling: None,
             low: None,
             clusters: kind == SolverKind::ClusterCg,
+            friction: None,
             free: 4,
         };
         match kind {
@@ -102,6 +120,47 @@ impl Slots {
         }
         slots
     }
+
+    /// Those of contacts with friction.
+    pub fn of_friction() -> Self {
+        Slots {
+            q: 0,
+            diagonal: DIAGONAL,
+            inverse: 2,
+            x: X,
+            majorant: None,
+            coupling: None,
+            low: None,
+            clusters: false,
+            friction: Some(FrictionSlots { compliance: 4, correction: 5, scratch: 6 }),
+            free: 7,
+        }
+    }
+
+    /// Whether the small problems of pairs need data of their own.
+    pub fn has_blocks(&self) -> bool {
+        self.coupling.is_some() || self.friction.is_some()
+    }
+}
+
+impl Variant {
+    /// Numbers of an element of a vector.
+    pub fn element(&self) -> usize {
+        if self.slots.friction.is_some() { 4 } else { 1 }
+    }
+}
+
+/// Vectors of four numbers of a contact's block, before its rows of `J`.
+pub(super) const BLOCK_WORDS: u32 = 6;
+
+/// Rows of a contact with friction.
+pub(super) const fn rows_of_contact(planar: bool) -> u32 {
+    if planar { 2 } else { 3 }
+}
+
+/// Vectors of four numbers of a contact in `units`.
+pub(super) const fn unit_words(planar: bool) -> u32 {
+    BLOCK_WORDS + 2 * rows_of_contact(planar) * if planar { 1 } else { 2 }
 }
 
 arguments! {

@@ -6,7 +6,7 @@
 
 use super::clusters::Tables;
 use super::kernels::Kernels;
-use super::layout::{DIAGONAL, FIRST_CONSTANT, HALT, MOST_GROUPS, Slots, Variant};
+use super::layout::{DIAGONAL, FIRST_CONSTANT, HALT, MOST_GROUPS, Slots, TOLERANCE, Variant};
 use super::memory::Memory;
 use super::number::Operation;
 use super::problem::DeviceProblem;
@@ -16,6 +16,7 @@ use super::shape::StageArguments;
 use super::stage::{Action, Bodies, Product, Rows, Segment, Stage, Work};
 use super::straight::{self, Part};
 use crate::gpu::{Gpu, GpuError, Precision, WORKGROUP};
+use crate::lcp::friction::packed::PackedContacts;
 use std::ops::Range;
 
 /// The largest number of rows or bodies of a problem that one workgroup solves, unless set otherwise. Pairs of eight
@@ -46,6 +47,8 @@ pub(crate) struct Machine {
     pub last_looks: usize,
     /// The number of clusters of the problem.
     pub(super) clusters_made: u64,
+    /// The tolerance of problems with friction.
+    pub(super) tolerance: f64,
 }
 
 /// A confirmation: the gradient `g` at `x` is recomputed, and the residual there.
@@ -81,6 +84,7 @@ impl Machine {
             looks: LOOKS_OF_BATCHES,
             last_looks: LOOKS_OF_BATCHES[0],
             clusters_made: 0,
+            tolerance: 0.0,
             variant,
         })
     }
@@ -99,16 +103,35 @@ impl Machine {
 
     #[cfg(test)]
     pub fn write(&self, gpu: &Gpu, problem: &DeviceProblem, vector: u32, numbers: &[f64]) -> Result<(), GpuError> {
-        let offset = u64::from(vector) * problem.stride() * self.precision().bytes() as u64;
+        let element = (self.variant.element() * self.precision().bytes()) as u64;
+        let offset = u64::from(vector) * problem.stride() * element;
         self.memory.vectors.write(gpu, offset, &self.precision().encode(numbers.iter().copied()));
         gpu.record().submit()
     }
 
     #[cfg(test)]
     pub fn read(&self, gpu: &Gpu, problem: &DeviceProblem, vector: u32) -> Result<Vec<f64>, GpuError> {
-        let real = self.precision().bytes() as u64;
-        let begin = u64::from(vector) * problem.stride() * real;
-        let read = gpu.record().read(&[(&self.memory.vectors, begin..begin + problem.rows * real)])?;
+        let element = (self.variant.element() * self.precision().bytes()) as u64;
+        let begin = u64::from(vector) * problem.stride() * element;
+        let read = gpu.record().read(&[(&self.memory.vectors, begin..begin + problem.rows * element)])?;
+        Ok(self.precision().decode(&read[0]))
+    }
+
+    /// Writes what contacts with friction have beside their normal rows.
+    pub fn write_contacts(&mut self, gpu: &Gpu, of: &PackedContacts) -> Result<(), GpuError> {
+        let precision = self.precision();
+        let Memory { tangents, contacts, gammas, .. } = &mut self.memory;
+        for (buffer, numbers) in [(tangents, &of.tangents), (contacts, &of.contacts), (gammas, &of.gammas)] {
+            buffer.reserve(gpu, numbers.len() as u64 / 4)?;
+            buffer.write(gpu, 0, &precision.encode(numbers.iter().copied()));
+        }
+        Ok(())
+    }
+
+    /// Reads the multipliers of contacts with friction: four numbers each.
+    pub fn read_gammas(&self, gpu: &Gpu, problem: &DeviceProblem) -> Result<Vec<f64>, GpuError> {
+        let gammas = &self.memory.gammas;
+        let read = gpu.record().read(&[(gammas, 0..problem.rows * gammas.element() as u64)])?;
         Ok(self.precision().decode(&read[0]))
     }
 
@@ -135,7 +158,8 @@ impl Machine {
     /// on when candidates were searched, which differs between a run and one that continues from its state, and the two
     /// paths round differently.
     pub fn is_small(&self, problem: &DeviceProblem) -> bool {
-        !self.variant.slots.clusters && problem.rows.max(problem.bodies) <= self.largest_small
+        let Slots { clusters, friction, .. } = self.variant.slots;
+        !clusters && friction.is_none() && problem.rows.max(problem.bodies) <= self.largest_small
     }
 
     /// Runs a segment on a problem, and reads scalars.
@@ -154,7 +178,7 @@ impl Machine {
         let groups = items.map(|n| n.div_ceil(u64::from(WORKGROUP)).clamp(1, self.most_groups));
         self.write_numbers(gpu, constants, task.afresh.then_some(groups));
         self.kernels.make_common(gpu, self.variant, small)?;
-        let confirmation = task.confirm.map(confirmation).unwrap_or_default();
+        let confirmation = task.confirm.map(|confirm| self.confirmation(confirm)).unwrap_or_default();
         let mut run;
         if small {
             let parts = self.program(gpu, problem, segment, &confirmation, constants)?;
@@ -190,6 +214,9 @@ impl Machine {
             self.memory.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
         }
         numbers(FIRST_CONSTANT, constants);
+        if self.variant.slots.friction.is_some() {
+            numbers(TOLERANCE, &[self.tolerance]);
+        }
     }
 
     /// Writes a segment as the program of one workgroup and compiles its kernels. Returns its parts.
@@ -246,22 +273,30 @@ impl Machine {
         }
         Ok(all)
     }
-}
 
-/// The stages of a confirmation.
-fn confirmation(Confirmation { x, low, g, residual }: Confirmation) -> Vec<Stage> {
-    let exact = low.is_some();
-    let words = [Action::Residual as u32, 0, x, g, DIAGONAL, FIRST_CONSTANT, FIRST_CONSTANT, 0];
-    let rows = Rows {
-        product: Some(Product { out: g, add_q: true, exact }),
-        before: vec![words],
-        kinds: vec![Action::Residual.kind()],
-        ..Rows::default()
-    };
-    let take = [Operation::Take as u32 | residual << 8, 0, 0, 0];
-    vec![
-        Stage { operations: Vec::new(), work: Work::Bodies(Bodies { x, low, instead: None, exact }) },
-        Stage { operations: Vec::new(), work: Work::Rows(rows) },
-        Stage { operations: vec![take], work: Work::Numbers },
-    ]
+    /// The stages of a confirmation.
+    fn confirmation(&self, Confirmation { x, low, g, residual }: Confirmation) -> Vec<Stage> {
+        let exact = low.is_some();
+        let none = FIRST_CONSTANT;
+        let of = |action: Action, out, [a, b, c]: [u32; 3]| [action as u32, out, a, b, c, none, none, 0];
+        let before = match self.variant.slots.friction {
+            None => vec![of(Action::Residual, 0, [x, g, DIAGONAL])],
+            Some(friction) => vec![
+                of(Action::Comply, g, [g, x, friction.compliance]),
+                of(Action::Residual, 0, [x, g, friction.correction]),
+            ],
+        };
+        let rows = Rows {
+            product: Some(Product { out: g, add_q: true, exact }),
+            before,
+            kinds: vec![Action::Residual.kind()],
+            ..Rows::default()
+        };
+        let take = [Operation::Take as u32 | residual << 8, 0, 0, 0];
+        vec![
+            Stage { operations: Vec::new(), work: Work::Bodies(Bodies { x, low, instead: None, exact }) },
+            Stage { operations: Vec::new(), work: Work::Rows(rows) },
+            Stage { operations: vec![take], work: Work::Numbers },
+        ]
+    }
 }

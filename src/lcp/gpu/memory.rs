@@ -1,6 +1,6 @@
 //! The buffers of a machine, by their names in kernels.
 
-use super::layout::{GRID_WORDS, MOST_EXACT, MOST_GROUPS, NUMBERS, REDUCTIONS, Variant};
+use super::layout::{GRID_WORDS, MOST_EXACT, MOST_GROUPS, NUMBERS, REDUCTIONS, Variant, rows_of_contact, unit_words};
 use super::problem::DeviceProblem;
 use super::straight::ELEMENT_WORDS;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, arrays};
@@ -29,11 +29,17 @@ pub(super) struct Memory {
     pub clusters: Buffer,
     pub part_start: Buffer,
     pub displacement: Buffer,
+    /// Of contacts with friction: the rows of tangents, the coefficients and compliances, the multipliers, and what
+    /// their small problems need.
+    pub tangents: Buffer,
+    pub contacts: Buffer,
+    pub gammas: Buffer,
+    units: Buffer,
 }
 
 arrays! { Memory {
     program, rounds, scalars, vectors, partial, grid, gathered, velocity_rest, lists, entries, span, clusters,
-    part_start, displacement,
+    part_start, displacement, tangents, contacts, gammas, units,
 } }
 
 impl Memory {
@@ -45,7 +51,7 @@ impl Memory {
             program: Buffer::new(gpu, "lcp-program", 16, 1)?,
             rounds: Buffer::new(gpu, "lcp-rounds", 4 * ELEMENT_WORDS, 1)?,
             scalars: Buffer::new(gpu, "lcp-numbers", real, u64::from(NUMBERS))?,
-            vectors: reals("lcp-vectors", 1)?,
+            vectors: reals("lcp-vectors", variant.element())?,
             partial: Buffer::new(gpu, "lcp-partial", real, PARTS * u64::from(REDUCTIONS) * MOST_GROUPS)?,
             grid: Buffer::new(gpu, "lcp-grid", 4, GRID_WORDS as u64)?,
             gathered: reals("lcp-gathered", 4)?,
@@ -56,6 +62,10 @@ impl Memory {
             clusters: words("lcp-clusters")?,
             part_start: words("lcp-part-starts")?,
             displacement: reals("lcp-displacements", 1)?,
+            tangents: reals("lcp-tangents", 4)?,
+            contacts: reals("lcp-contacts", 4)?,
+            gammas: reals("lcp-gammas", 4)?,
+            units: reals("lcp-units", 4)?,
         })
     }
 
@@ -74,8 +84,14 @@ impl Memory {
         } else {
             self.gathered.reserve(gpu, 2 * problem.rows * width)?;
         }
+        if variant.slots.friction.is_some() {
+            self.gathered.reserve(gpu, 2 * problem.rows * width * u64::from(rows_of_contact(problem.planar)))?;
+            self.units.reserve(gpu, problem.rows * u64::from(unit_words(problem.planar)))?;
+        }
         if variant.slots.coupling.is_some() {
             self.entries.reserve(gpu, problem.rows * u64::from(MOST_EXACT))?;
+        }
+        if variant.slots.has_blocks() {
             self.span.reserve(gpu, problem.rows)?;
         }
         if variant.slots.low.is_some() {

@@ -5,6 +5,9 @@
 //! the host reads a few residuals per batch.
 
 mod clusters;
+mod elements;
+mod friction;
+mod friction_kernels;
 mod kernels;
 mod layout;
 mod machine;
@@ -25,5 +28,6 @@ mod text;
 mod turns;
 mod verbs;
 
+pub use friction::FrictionSolver;
 pub use problem::DeviceProblem;
 pub use solver::Solver;

@@ -69,6 +69,8 @@ impl Operation {
 pub(crate) enum Number {
     Known(f64),
     At(u32),
+    /// The tolerance of a problem with friction.
+    Tolerance,
 }
 
 /// A recorded operation.
@@ -179,7 +181,7 @@ impl Neg for Number {
     fn neg(self) -> Number {
         match self {
             Number::Known(a) => Number::Known(-a),
-            Number::At(_) => note(Operation::Neg, self, self, self),
+            Number::At(_) | Number::Tolerance => note(Operation::Neg, self, self, self),
         }
     }
 }
@@ -200,7 +202,7 @@ impl Scalar for Number {
                     no
                 }
             }
-            Number::At(_) => note(Operation::IfPositive, self, yes, no),
+            Number::At(_) | Number::Tolerance => note(Operation::IfPositive, self, yes, no),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The parameters of a dispatch that a stage uses: the offsets of vectors and of scalars, each once.
 
-use super::layout::{CONSTANTS, FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
+use super::layout::{CONSTANTS, FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS, TOLERANCE};
 use super::number::Operation;
 use super::stage::{Action, Block, Bodies, Clusters, Rows, Stage, Words, Work};
 
@@ -105,7 +105,7 @@ impl Room {
     }
 
     fn number(&mut self, place: u32) {
-        if !(FIRST_CONSTANT..FIRST_CONSTANT + CONSTANTS).contains(&place) {
+        if place == TOLERANCE || !(FIRST_CONSTANT..FIRST_CONSTANT + CONSTANTS).contains(&place) {
             self.given(place);
         }
     }

@@ -3,6 +3,7 @@
 use super::kernels::{Lcp, LcpArgs};
 use super::layout::{Parameters, REDUCTIONS};
 use super::machine::Machine;
+use super::memory::Memory;
 use super::problem::DeviceProblem;
 use super::shape::{ShapeWork, StageArguments};
 use super::stage::{Segment, Stage, Work};
@@ -165,8 +166,10 @@ impl<'a, 'g> Run<'a, 'g> {
     }
 
     fn export(&mut self, x: u32) {
-        let real = self.machine.precision().bytes() as u64;
-        let from = u64::from(x) * u64::from(self.base.stride) * real;
-        self.record.copy(&self.machine.memory.vectors, from, &self.problem.gamma, 0, self.problem.rows * real);
+        let Memory { vectors, gammas, .. } = &self.machine.memory;
+        let (element, with_friction) = (vectors.element() as u64, self.machine.slots().friction.is_some());
+        let from = u64::from(x) * u64::from(self.base.stride) * element;
+        let to = if with_friction { gammas } else { &self.problem.gamma };
+        self.record.copy(vectors, from, to, 0, self.problem.rows * element);
     }
 }

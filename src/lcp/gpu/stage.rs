@@ -27,11 +27,17 @@ pub(super) enum Action {
     Room,
     Residual,
     Largest,
+    // Of contacts with friction alone (`shaders/lcp/friction/instructions.wgsl`).
+    Comply,
+    Follow,
+    Correct,
+    ResidualHeld,
+    Off,
 }
 
 impl Action {
     /// All actions, in order.
-    pub const ALL: [Action; 14] = [
+    pub const ALL: [Action; 19] = [
         Action::Zero,
         Action::Copy,
         Action::CopyIf,
@@ -46,18 +52,26 @@ impl Action {
         Action::Room,
         Action::Residual,
         Action::Largest,
+        Action::Comply,
+        Action::Follow,
+        Action::Correct,
+        Action::ResidualHeld,
+        Action::Off,
     ];
+
+    /// Those of rows alone: the first ones of all.
+    pub const OF_ROWS: usize = Action::Largest as usize + 1;
 
     /// Whether it computes a sum (or least, or worst) instead of a vector.
     pub fn is_sum(self) -> bool {
-        self >= Action::Dot
+        self >= Action::Dot && !matches!(self, Action::Comply | Action::Follow | Action::Correct)
     }
 
     /// How its values are reduced, as in `shaders/lcp/reduce.wgsl`.
     pub fn kind(self) -> u32 {
         match self {
             Action::Room => LEAST,
-            Action::Residual | Action::Largest => WORST,
+            Action::Residual | Action::Largest | Action::ResidualHeld | Action::Off => WORST,
             _ => SUM,
         }
     }
@@ -69,7 +83,13 @@ impl Action {
             Action::Copy | Action::Largest => [true, false, false],
             Action::CopyIf => [true, false, true],
             Action::Combine | Action::Invert | Action::Advance | Action::Dot | Action::Room => [true, true, false],
-            Action::AdvanceLow | Action::Proximal | Action::Triple | Action::Objective | Action::Residual => [true; 3],
+            Action::Follow | Action::Correct | Action::ResidualHeld | Action::Off => [true, true, false],
+            Action::Comply
+            | Action::AdvanceLow
+            | Action::Proximal
+            | Action::Triple
+            | Action::Objective
+            | Action::Residual => [true; 3],
         }
     }
 
@@ -90,6 +110,11 @@ impl Action {
             Action::Room => "ROOM",
             Action::Residual => "RESIDUAL",
             Action::Largest => "LARGEST",
+            Action::Comply => "COMPLY",
+            Action::Follow => "FOLLOW",
+            Action::Correct => "CORRECT",
+            Action::ResidualHeld => "RESIDUAL_HELD",
+            Action::Off => "OFF",
         }
     }
 }

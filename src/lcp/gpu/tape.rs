@@ -10,7 +10,7 @@
 //! * The vectors of a convergence test (the iterate and its gradient) stay unchanged until the test is complete,
 //!   because nothing that follows may be executed if the test ends the solve.
 
-use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
+use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS, TOLERANCE};
 use super::number::{self, Noted, Number, Operation};
 use super::room::Room;
 use super::stage::{Action, Block, Bodies, Clusters, Gather, Product, Rows, Segment, Stage, Words, Work};
@@ -95,13 +95,14 @@ impl Tape {
     pub fn number(&mut self, number: Number) -> u32 {
         match number {
             Number::At(nth) => number::place(nth),
+            Number::Tolerance => TOLERANCE,
             Number::Known(x) => {
                 let known = self.constants.iter().position(|y| y.to_bits() == x.to_bits());
                 let place = known.unwrap_or_else(|| {
                     // Solvers use some ten constants.
-                    if self.constants.len() >= CONSTANTS as usize {
+                    if self.constants.len() + 1 >= CONSTANTS as usize {
                         number::report("a solver uses more constants than a device holds");
-                        self.constants.truncate(CONSTANTS as usize - 1);
+                        self.constants.truncate(CONSTANTS as usize - 2);
                     }
                     self.constants.push(x);
                     self.constants.len() - 1

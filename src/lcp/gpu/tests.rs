@@ -2,6 +2,7 @@
 
 mod clusters;
 mod cone;
+mod friction;
 mod slots;
 mod stages;
 mod verbs;

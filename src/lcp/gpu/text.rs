@@ -1,5 +1,6 @@
 //! The text of a stage's kernel. It comes after the fragments that the kernel calls.
 
+use super::elements::Elements;
 use super::layout::MOST_VECTORS;
 use super::number::Operation;
 use super::shape::{Line, NumberLine, Operand, Shape, ShapeWork};
@@ -79,21 +80,26 @@ const ROWS_OF_WORKGROUP: &str = "    for (var row = local; row < parameters.rows
 const ROWS_OF_CHUNK: &str = "    for (var row = begin + local; row < end; row += WORKGROUP) {\n";
 
 impl Shape {
-    /// Its storage variables.
-    pub fn variables(&self) -> Vec<Variable> {
+    /// Its storage variables, of rows or of contacts with friction.
+    pub fn variables(&self, elements: Elements) -> Vec<Variable> {
+        let element = elements.name();
         let sums = self.sums() > 0;
         let makes = self.numbers.iter().any(|line| line.operation != Operation::Look);
         let mut all = vec![("scalars", makes || self.looks(), "real")];
         match &self.work {
             ShapeWork::Numbers => {}
-            ShapeWork::Rows { .. } => all.push(("vectors", true, "real")),
-            ShapeWork::Bodies { .. } | ShapeWork::Clusters { .. } => all.push(("vectors", false, "real")),
+            ShapeWork::Rows { .. } => all.push(("vectors", true, element)),
+            ShapeWork::Bodies { .. } | ShapeWork::Clusters { .. } => all.push(("vectors", false, element)),
         }
         if sums || !self.taken.is_empty() {
             all.push(("partial", sums, "real"));
         }
         if self.has_block() {
-            all.extend([("span", false, "u32"), ("entries", false, "real")]);
+            let of_blocks = match elements {
+                Elements::Rows => ("entries", false, "real"),
+                Elements::Contacts => ("units", false, "vec4r"),
+            };
+            all.extend([("span", false, "u32"), of_blocks]);
         }
         if self.gathers() {
             all.extend([("part_start", false, "u32"), ("displacement", false, "real")]);
@@ -103,7 +109,11 @@ impl Shape {
             all.extend([("clusters", false, "u32"), ("displacement", true, "real")]);
         }
         if self.has_product() {
-            all.extend([("pair", false, "vec2<u32>"), ("jacobian", false, "vec4r"), ("velocity", false, "vec4r")]);
+            let blocks = match elements {
+                Elements::Rows => "jacobian",
+                Elements::Contacts => "units",
+            };
+            all.extend([("pair", false, "vec2<u32>"), (blocks, false, "vec4r"), ("velocity", false, "vec4r")]);
         }
         if self.is_bodies() {
             all.extend([
@@ -123,9 +133,9 @@ impl Shape {
     }
 
     /// The declarations of its variables.
-    pub fn declarations(&self) -> String {
+    pub fn declarations(&self, elements: Elements) -> String {
         let mut text = String::new();
-        for (name, written, element) in self.variables() {
+        for (name, written, element) in self.variables(elements) {
             let access = if written { "read_write" } else { "read" };
             let _ = writeln!(text, "var<storage, {access}> {name}: array<{element}>;");
         }
@@ -133,7 +143,7 @@ impl Shape {
     }
 
     /// The kernel's entry point. `literal` writes a constant.
-    pub fn entry_point(&self, literal: impl Fn(f64) -> String) -> String {
+    pub fn entry_point(&self, elements: Elements, literal: impl Fn(f64) -> String) -> String {
         let mut text = String::from(BEGIN);
         if self.confirms {
             text.push_str(CONFIRM);
@@ -157,7 +167,8 @@ impl Shape {
                     (None, None) => First::Nothing,
                 };
                 let [before, after] = [before, after].map(|lines| &lines[..]);
-                add_rows(&mut text, Setting::Apart, first, [before, after], block.as_ref(), &literal);
+                let setting = Setting::Apart(elements);
+                add_rows(&mut text, setting, first, [before, after], block.as_ref(), &literal);
             }
             ShapeWork::Clusters { condition, tolerance, x, g } => {
                 let [condition, tolerance] = [condition, tolerance].map(|operand| number(*operand, &literal));
@@ -284,8 +295,17 @@ pub(super) fn straight_line(shapes: &[Shape], literal: impl Fn(f64) -> String) -
 /// The executor of a stage: all workgroups of a dispatch, or one workgroup that also executes other stages.
 #[derive(Clone, Copy, PartialEq)]
 enum Setting {
-    Apart,
+    Apart(Elements),
     Resident,
+}
+
+impl Setting {
+    fn elements(self) -> Elements {
+        match self {
+            Setting::Apart(elements) => elements,
+            Setting::Resident => Elements::Rows,
+        }
+    }
 }
 
 /// The work on a row before all instructions.
@@ -317,14 +337,14 @@ fn add_rows(
     }
     match (block, setting) {
         (Some(block), _) => add_pairs(text, setting, work, [before, after], block),
-        (None, Setting::Apart) => add_loop(text, ALL_ROWS, before, 0, work, None),
-        (None, Setting::Resident) => add_loop(text, ROWS_OF_WORKGROUP, before, 0, work, None),
+        (None, Setting::Apart(elements)) => add_loop(text, elements, ALL_ROWS, (before, 0), work, None),
+        (None, Setting::Resident) => add_loop(text, Elements::Rows, ROWS_OF_WORKGROUP, (before, 0), work, None),
     }
     let kinds: Vec<(usize, &&Line)> = lines.iter().enumerate().filter(|(_, line)| line.action.is_sum()).collect();
     for (k, line) in &kinds {
         let _ = writeln!(text, "    lanes[{}u * WORKGROUP + local] = sum{k};", line.out);
     }
-    if !kinds.is_empty() && setting == Setting::Apart {
+    if !kinds.is_empty() && setting != Setting::Resident {
         let packed = packed(&kinds.iter().map(|(_, line)| line.action.kind()).collect::<Vec<_>>());
         let count = kinds.len();
         let _ = writeln!(text, "    leave_sums(group_index(group, groups), local, {count}u, {packed}u);");
@@ -336,18 +356,19 @@ fn add_pairs(text: &mut String, setting: Setting, work: First, [before, after]: 
     let unread = (![Some(block.x), block.w, block.g].contains(&Some(block.out))).then_some(block.out);
     let [w, g] = [block.w, block.g].map(|vector| vector.map_or("NONE".into(), vector_place));
     let (x, out) = (vector_place(block.x), vector_place(block.out));
+    let elements = setting.elements();
     if setting == Setting::Resident {
-        add_loop(text, ROWS_OF_WORKGROUP, before, 0, work, unread);
+        add_loop(text, elements, ROWS_OF_WORKGROUP, (before, 0), work, unread);
         let _ =
             writeln!(text, "    fence();\n    run_pairs({x}, {w}, {g}, {out}, parameters.pairs, local);\n    fence();");
-        add_loop(text, ROWS_OF_WORKGROUP, after, before.len(), First::Nothing, None);
+        add_loop(text, elements, ROWS_OF_WORKGROUP, (after, before.len()), First::Nothing, None);
         return;
     }
     text.push_str(CHUNK);
-    add_loop(text, ROWS_OF_CHUNK, before, 0, work, unread);
+    add_loop(text, elements, ROWS_OF_CHUNK, (before, 0), work, unread);
     let minimize = format!("minimize_block(own, span[own] & ~FIRST_OF_PAIR, {x}, {w}, {g}, {out})");
     let _ = writeln!(text, "    storageBarrier();\n    if begins_pair(own) {{ {minimize}; }}\n    storageBarrier();");
-    add_loop(text, ROWS_OF_CHUNK, after, before.len(), First::Nothing, None);
+    add_loop(text, elements, ROWS_OF_CHUNK, (after, before.len()), First::Nothing, None);
     text.push_str("    storageBarrier();\n    }\n");
 }
 
@@ -391,11 +412,21 @@ fn add_copy(text: &mut String, k: usize, line: &Line, known: &mut [Option<(Strin
 
 /// Adds a loop over rows. It executes other `work`, then `lines`, the first of which has number `first`. The vector
 /// `unread` is not read afterwards.
-fn add_loop(text: &mut String, head: &str, lines: &[Line], first: usize, work: First, unread: Option<u32>) {
+fn add_loop(
+    text: &mut String,
+    elements: Elements,
+    head: &str,
+    (lines, first): (&[Line], usize),
+    work: First,
+    unread: Option<u32>,
+) {
     if lines.is_empty() && matches!(work, First::Nothing) {
         return;
     }
     text.push_str(head);
+    if elements == Elements::Contacts {
+        text.push_str("        let friction = vectors[at(INVERSE, row)];\n");
+    }
     // For each vector, the variable with its value in this row, and whether the loop must store it.
     let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
     if let First::Gather([instead, out]) = work {
@@ -423,7 +454,7 @@ fn add_loop(text: &mut String, head: &str, lines: &[Line], first: usize, work: F
         let mut names = Vec::new();
         for (vector, read) in line.vectors.into_iter().zip(line.action.reads()) {
             if !read {
-                names.push("real(0.0)".into());
+                names.push(elements.zero().into());
                 continue;
             }
             let (name, _) = known[vector as usize].get_or_insert_with(|| {
@@ -433,7 +464,7 @@ fn add_loop(text: &mut String, head: &str, lines: &[Line], first: usize, work: F
             });
             names.push(name.clone());
         }
-        let value = format!("row_value({}, {}, s{k}, t{k})", line.action.constant(), names.join(", "));
+        let value = elements.value(line, k, &names.join(", "));
         if line.action.is_sum() {
             let _ = writeln!(text, "        sum{k} = join({}u, sum{k}, {value});", line.action.kind());
         } else {

@@ -1,12 +1,13 @@
 //! The verbs on the device. They append to the tape; only a read executes it.
 
-use super::layout::{HALT, LOOKS};
+use super::layout::{FrictionSlots, HALT, LOOKS};
 use super::machine::{Confirmation, Machine, Task};
 use super::number::Number;
 use super::problem::DeviceProblem;
 use super::stage::{Action, Block, Bodies, Segment, Work};
 use super::tape::Tape;
 use crate::gpu::{Gpu, GpuError};
+use crate::lcp::friction::Measured;
 use crate::lcp::verbs::{Checks, InClusters, Metric, Verbs};
 use std::collections::VecDeque;
 
@@ -56,6 +57,8 @@ pub(crate) struct Device<'a> {
     fault: Option<GpuError>,
     /// Whether the problem's clusters were created.
     has_clusters: bool,
+    /// The last residual of the law of friction, and what it is made of.
+    measured: Option<(Number, Measured<Number>)>,
 }
 
 impl<'a> Device<'a> {
@@ -81,6 +84,7 @@ impl<'a> Device<'a> {
             confirmed: None,
             fault: None,
             has_clusters: false,
+            measured: None,
         }
     }
 
@@ -91,11 +95,12 @@ impl<'a> Device<'a> {
         let largest = self.tape.sum(Action::Largest, [slots.diagonal; 3]);
         let zero = largest * Number::Known(ZERO_ROW * self.rounding() * self.rounding());
         let none = Number::Known(0.0);
-        self.tape.row(Action::Invert, slots.inverse, [slots.diagonal; 3], [zero, none]);
+        let inverted = if slots.friction.is_some() { slots.inverse } else { slots.diagonal };
+        self.tape.row(Action::Invert, slots.inverse, [slots.diagonal, inverted, inverted], [zero, none]);
         if let Some([majorant, inverse]) = slots.majorant {
             self.tape.row(Action::Invert, inverse, [slots.diagonal, majorant, majorant], [zero, none]);
         }
-        if slots.coupling.is_some() {
+        if slots.has_blocks() {
             self.tape.stage(Work::PreparePairs);
         }
     }
@@ -104,6 +109,33 @@ impl<'a> Device<'a> {
     pub fn start(&self) -> Slot {
         let slots = self.machine.slots();
         Slot { at: Some(slots.x), low: slots.low, in_two: slots.low.is_some() }
+    }
+
+    fn friction(&self) -> Option<FrictionSlots> {
+        self.machine.slots().friction
+    }
+
+    /// Adds the compliances to a product.
+    fn comply(&mut self, x: u32, out: u32) {
+        if let Some(friction) = self.friction() {
+            self.tape.row(Action::Comply, out, [out, x, friction.compliance], [NONE; 2]);
+        }
+    }
+
+    /// The last residual of the law of friction, and what it is made of; none since iterations were dropped.
+    pub fn measured(&self) -> Option<(Number, Measured<Number>)> {
+        self.measured
+    }
+
+    /// If a scalar is positive, the corrections of contacts with friction follow the slips of the gradient `g`, which
+    /// moves along, and so does `q`.
+    pub fn follow(&mut self, due: Number, g: &mut Slot) {
+        let Some(FrictionSlots { correction, .. }) = self.friction() else { return };
+        let (q, g) = (self.machine.slots().q, self.out(g));
+        self.tape.row(Action::Follow, correction, [correction, g, g], [due, NONE]);
+        for moved in [g, q] {
+            self.tape.row(Action::Correct, moved, [moved, correction, correction], [NONE; 2]);
+        }
     }
 
     /// Copies the result into the problem.
@@ -239,6 +271,7 @@ impl Verbs for Device<'_> {
         self.products += 1;
         let out = self.out(ax);
         self.tape.product(at(x), None, out, false);
+        self.comply(at(x), out);
     }
 
     fn gradient(&mut self, x: &Slot, g: &mut Slot) {
@@ -246,6 +279,7 @@ impl Verbs for Device<'_> {
         let out = self.out(g);
         self.looked_at_low = x.second();
         self.tape.product(at(x), x.second(), out, true);
+        self.comply(at(x), out);
     }
 
     fn dot(&mut self, x: &Slot, y: &Slot) -> Number {
@@ -311,12 +345,20 @@ impl Verbs for Device<'_> {
     }
 
     fn residual(&mut self, x: &Slot, g: &Slot) -> Number {
-        self.tape.sum(Action::Residual, [at(x), at(g), self.machine.slots().diagonal])
+        let Some(FrictionSlots { correction, .. }) = self.friction() else {
+            return self.tape.sum(Action::Residual, [at(x), at(g), self.machine.slots().diagonal]);
+        };
+        let law = self.tape.sum(Action::Residual, [at(x), at(g), correction]);
+        let cones = self.tape.sum(Action::ResidualHeld, [at(x), at(g), at(g)]);
+        let change = self.tape.sum(Action::Off, [at(g), correction, correction]);
+        self.measured = Some((law, Measured { cones, change }));
+        law
     }
 
     fn read(&mut self, scalar: Number) -> f64 {
         match scalar {
             Number::Known(x) => x,
+            Number::Tolerance => self.machine.tolerance,
             Number::At(nth) => {
                 let place = super::number::place(nth);
                 self.run(std::iter::once(place..place + 1).collect())[0]
@@ -353,6 +395,7 @@ impl Verbs for Device<'_> {
             self.products = products.unwrap_or(self.products);
             self.confirmed = Some((Number::At(fresh), confirmed));
             self.tape.forget();
+            self.measured = None;
             self.looked.clear();
             self.afresh = true;
         }

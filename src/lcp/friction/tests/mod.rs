@@ -4,7 +4,7 @@ mod bonds;
 mod closed_forms;
 mod counts;
 mod interior;
-mod law;
+pub mod law;
 mod oracles;
 mod spheres;
 

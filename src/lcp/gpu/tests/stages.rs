@@ -6,6 +6,7 @@ use crate::lcp::SolverKind;
 use crate::lcp::cluster_cg::ClusterCg;
 use crate::lcp::drive::{Method, Point};
 use crate::lcp::gpu::DeviceProblem;
+use crate::lcp::gpu::elements::Elements;
 use crate::lcp::gpu::shape::StageArguments;
 use crate::lcp::gpu::stage::{Stage, Work};
 use crate::lcp::gpu::verbs::{Device, Slot};
@@ -47,7 +48,7 @@ fn bytes_of_a_row(stages: &[StageArguments], real: f64, bodies_of_a_row: f64) ->
     stages
         .iter()
         .map(|arguments| {
-            let text = arguments.shape.entry_point(|x| format!("{x}"));
+            let text = arguments.shape.entry_point(Elements::Rows, |x| format!("{x}"));
             // Vectors are named by their index among the parameters. Conditional copies are not executed in most
             // iterations.
             let made: String =
@@ -60,7 +61,7 @@ fn bytes_of_a_row(stages: &[StageArguments], real: f64, bodies_of_a_row: f64) ->
             let vectors = (0..arguments.vectors.len()).filter(|vector| named(*vector)).count();
             let whole: f64 = arguments
                 .shape
-                .variables()
+                .variables(Elements::Rows)
                 .iter()
                 .map(|(name, ..)| match *name {
                     "pair" | "incidence" => 8.0,
