@@ -6,7 +6,16 @@ use std::path::{Path, PathBuf};
 
 /// One of each kind, and the files that may name it.
 const NAMED: [(&str, &[&str]); 11] = [
-    ("Shape::Torus", &["shape/mod.rs", "shape/code.rs", "scene/validate/shapes.rs", "scene/generate/chainmail.rs"]),
+    (
+        "Shape::Torus",
+        &[
+            "shape/mod.rs",
+            "shape/code.rs",
+            "dynamics/drag/fluid.rs",
+            "scene/validate/shapes.rs",
+            "scene/generate/chainmail.rs",
+        ],
+    ),
     ("Tag::Torus", &["shape/code.rs", "separation/gpu.rs", "render/rays.rs"]),
     (
         "Geometry::Ellipsoid",

@@ -13,6 +13,7 @@ pub mod broad_phase {
 
 /// Laws of motion, growth and division.
 pub mod dynamics {
+    pub use crate::dynamics::along::Root;
     pub use crate::dynamics::force::force_fields;
     pub use crate::dynamics::growth::{Cells, Species, grow, stretch};
     pub use crate::dynamics::law::law;

@@ -17,7 +17,7 @@ mod turning;
 
 pub use source::{FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
 
-use crate::dynamics::{Ending, Factor, Motion, Twist};
+use crate::dynamics::{Ending, Factor, Motion, Root, Twist};
 use crate::freedom::{pack, unpack};
 use crate::lcp::Problem;
 use crate::separation::Separation;
@@ -76,7 +76,7 @@ impl Mover<'_> {
 pub const FIXED: Mover<'static> = Mover {
     motion: &Motion {
         free: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
-        factor: Factor { translation: 0.0, rotation: DMat3::ZERO },
+        factor: Factor { translation: Root::Even(0.0), rotation: DMat3::ZERO },
         ending: Ending { linear: DVec3::ZERO, momentum: DVec3::ZERO, after: None },
     },
     reached_with: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
@@ -158,7 +158,7 @@ fn blocks<const D: usize>(
     let root = dt.sqrt();
     let block = |mover: Mover<'_>, direction: DVec3, arm: DVec3| {
         let factor = &mover.motion.factor;
-        pack::<D>(root * factor.translation * direction, root * (factor.rotation * arm))
+        pack::<D>(factor.translation.times(root, direction), root * (factor.rotation * arm))
     };
     [block(a, -direction, -arm_a), block(b, direction, arm_b)]
 }
@@ -173,7 +173,7 @@ pub fn velocity<const D: usize>(motion: &Motion, scaled: &[f64; D], dt: f64) -> 
     let (free_linear, free_angular) = unpack::<D>(&pack(motion.free.linear, motion.free.angular));
     let contact = motion.factor.rotation * angular / root;
     Twist {
-        linear: free_linear + motion.factor.translation / root * linear,
+        linear: free_linear + motion.factor.translation.over::<D>(root, linear),
         angular: free_angular + unpack::<D>(&pack(DVec3::ZERO, contact)).1,
     }
 }

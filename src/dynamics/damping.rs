@@ -5,17 +5,19 @@
 //! u(t) = e^-a u(0) + (1 - e^-a) / a  t F / m,   a = t xi L / m
 //! ```
 //!
-//! so that no step is too long to be stable.
+//! so that no step is too long to be stable. [Drag] that depends on the direction has another `xi L` along each axis of
+//! the body, those of the step's start or of its middle.
 
-use super::overdamped::resistances;
+use super::Drag;
+use super::along::{Along, along_axes};
 use crate::shape::Shape;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 
 /// Parts, of a velocity or of an impulse and of its turning about each principal axis, from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parts {
     /// Of what is linear.
-    pub linear: f64,
+    pub linear: Along,
     /// About the principal axes.
     pub turning: DVec3,
 }
@@ -23,8 +25,7 @@ pub struct Parts {
 impl Parts {
     /// A vector of turning, space axes, of which these parts about the body's axes remain.
     pub fn of_turning(&self, orientation: DQuat, v: DVec3) -> DVec3 {
-        let axes = DMat3::from_quat(orientation);
-        axes * (self.turning * (axes.transpose() * v))
+        along_axes(orientation, self.turning, v)
     }
 }
 
@@ -39,20 +40,21 @@ pub struct Damping {
 
 impl Damping {
     /// Over `time`, for a body of this shape and density.
-    pub fn over(time: f64, drag: f64, density: f64, shape: &Shape) -> Damping {
+    pub fn over(time: f64, drag: Drag, density: f64, shape: &Shape) -> Damping {
         let (linear, turning) = rates(drag, density, shape);
-        let (a, b) = (time * linear, time * turning);
+        let (a, b) = (linear.with(|rate| time * rate), time * turning);
         Damping {
-            kept: Parts { linear: (-a).exp(), turning: b.map(|b| (-b).exp()) },
-            share: Parts { linear: share(a), turning: b.map(share) },
+            kept: Parts { linear: a.with(|a| (-a).exp()), turning: b.map(|b| (-b).exp()) },
+            share: Parts { linear: a.with(share), turning: b.map(share) },
         }
     }
 }
 
 /// The rates at which velocities relax: the resistances over mass and moments of inertia.
-pub fn rates(drag: f64, density: f64, shape: &Shape) -> (f64, DVec3) {
-    let (linear, turning) = resistances(drag, shape);
-    (linear / (density * shape.volume()), turning / (density * shape.unit_inertia()))
+pub fn rates(drag: Drag, density: f64, shape: &Shape) -> (Along, DVec3) {
+    let resistance = drag.resistance(shape);
+    let mass = density * shape.volume();
+    (resistance.linear.with(|linear| linear / mass), resistance.turning.axes() / (density * shape.unit_inertia()))
 }
 
 /// `(1 - e^-a) / a`.

@@ -11,13 +11,13 @@
 //!
 //! (G. B. Jeffery, Proc. R. Soc. Lond. A 102, 161 (1922), for vanishing Reynolds numbers and a fluid without bounds).
 //! Other bodies of revolution turn likewise with a constant `B` of their shape (F. P. Bretherton, J. Fluid Mech. 14,
-//! 284 (1962)): [`Shape::bretherton`].
+//! 284 (1962)): [`Drag::bretherton`].
 //!
-//! Drag acts on what a body's motion differs by from this: `xi L (u - u(x))` and `xi L^3 / 12 (w - w_J)`. So the flow
-//! is a load of the resistance times the velocities of the flow, for the overdamped law and beside inertia alike.
+//! Drag acts on what a body's motion differs by from this: `xi L (u - u(x))` and `xi L^3 / 12 (w - w_J)`, or with the
+//! resistances of other [drag](Drag). So the flow is a load of the resistance times the velocities of the flow, for the
+//! overdamped law and beside inertia alike.
 
-use super::overdamped::resistances;
-use super::{Dynamics, ForceField, Load};
+use super::{Drag, Dynamics, ForceField, Load};
 use crate::bodies::Bodies;
 use crate::motion::Twist;
 use crate::periodic::CellShear;
@@ -51,8 +51,8 @@ pub struct Stream {
     pub direction: DVec3,
     /// Along its gradient, at right angles.
     pub gradient: DVec3,
-    /// The law's drag coefficient.
-    drag: f64,
+    /// The law's drag.
+    drag: Drag,
     /// Whether bodies move in the x-y plane.
     planar: bool,
 }
@@ -60,7 +60,7 @@ pub struct Stream {
 impl Stream {
     /// The flow, under a law that has drag; none under one without.
     pub fn new(flow: &Flow, dynamics: &Dynamics, planar: bool) -> Option<Stream> {
-        let drag = dynamics.drag().or(dynamics.drag_beside_inertia())?;
+        let drag = dynamics.any_drag()?;
         let Flow::Shear { rate, direction, gradient } = *flow;
         // A scene gives them to six digits.
         let direction = DVec3::from(direction).normalize_or_zero();
@@ -83,10 +83,11 @@ impl Stream {
     /// or in space.
     pub fn power(&self, at: &Placed, twist: Twist) -> f64 {
         let carried = self.carries(&at.shape, at.position, at.orientation);
-        let (linear, turning) = resistances(self.drag, &at.shape);
+        let resistance = self.drag.resistance(&at.shape);
         let apart = twist.angular - carried.angular;
-        let turned = if self.planar { apart.z * apart.z } else { apart.length_squared() };
-        linear * (twist.linear - carried.linear).length_squared() + turning * turned
+        let apart = if self.planar { DVec3::new(0.0, 0.0, apart.z) } else { apart };
+        resistance.linear.square(at.orientation, twist.linear - carried.linear)
+            + resistance.turning.square(at.orientation, apart)
     }
 
     /// How the flow moves a body that nothing else drives.
@@ -98,7 +99,7 @@ impl Stream {
         Twist {
             linear: self.rate * position.dot(self.gradient) * self.direction,
             // Validation refuses shapes without the constants.
-            angular: self.turning() + orientation * (shape.bretherton().unwrap_or_default() * strain),
+            angular: self.turning() + orientation * (self.drag.bretherton(shape).unwrap_or_default() * strain),
         }
     }
 }
@@ -113,10 +114,11 @@ pub(super) fn zxy(v: DVec3) -> DVec3 {
 
 impl ForceField for Stream {
     fn load(&self, bodies: &Bodies, i: usize, _time: f64) -> Load {
-        let shape = &bodies.shape[i];
-        let carried = self.carries(shape, bodies.position[i], bodies.orientation[i]);
-        let (linear, turning) = resistances(self.drag, shape);
-        let load = Load { force: linear * carried.linear, torque: turning * carried.angular };
+        let (shape, orientation) = (&bodies.shape[i], bodies.orientation[i]);
+        let carried = self.carries(shape, bodies.position[i], orientation);
+        let resistance = self.drag.resistance(shape);
+        let force = resistance.linear.of(orientation, carried.linear);
+        let load = Load { force, torque: resistance.turning.of(orientation, carried.angular) };
         if self.planar { load.in_plane() } else { load }
     }
 }

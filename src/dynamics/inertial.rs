@@ -20,19 +20,20 @@
 //!
 //! Contact is inelastic: the complementarity conditions bring approaching surfaces to rest against each other.
 
+use super::along::{Along, Root, about};
 use super::damping::Damping;
 use super::motion::After;
-use super::{Ending, Factor, Law, Load, Motion, Spin, Twist};
+use super::{Drag, Ending, Factor, Law, Load, Motion, Spin, Twist};
 use crate::bodies::Bodies;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 
 /// Solid bodies of one density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertial {
     /// Mass per volume.
     pub density: f64,
-    /// Drag coefficient, where there is drag.
-    pub drag: Option<f64>,
+    /// The drag, where there is any.
+    pub drag: Option<Drag>,
 }
 
 impl Inertial {
@@ -43,7 +44,6 @@ impl Inertial {
         let mass = self.density * shape.volume();
         let moments = self.density * shape.unit_inertia();
         let spin = Spin::new(moments);
-        let axes = DMat3::from_quat(here.orientation[i]);
         let (orientation, twist) = (start.orientation[i], start.twist(i));
         let momentum = spin.momentum(orientation, twist.angular);
         let impulse = dt / moments.x * load.torque;
@@ -54,37 +54,43 @@ impl Inertial {
                 linear: twist.linear + before * speeding,
                 angular: spin.turning(orientation, momentum + before * impulse, dt),
             },
-            factor: Factor {
-                translation: (dt / mass).sqrt(),
-                rotation: axes * DMat3::from_diagonal(root) * axes.transpose(),
-            },
+            factor: Factor { translation: Root::Even((dt / mass).sqrt()), rotation: about(here.orientation[i], root) },
             ending: Ending { linear: (1.0 - before) * speeding, momentum: momentum + impulse, after: None },
         }
     }
 
     /// The same with drag.
-    fn damped(&self, [start, here]: [&Bodies; 2], i: usize, load: Load, (dt, before): (f64, f64), drag: f64) -> Motion {
+    fn damped(
+        &self,
+        [start, here]: [&Bodies; 2],
+        i: usize,
+        load: Load,
+        (dt, before): (f64, f64),
+        drag: Drag,
+    ) -> Motion {
         let shape = here.shape[i];
         let mass = self.density * shape.volume();
         let moments = self.density * shape.unit_inertia();
         let spin = Spin::new(moments);
-        let axes = DMat3::from_quat(here.orientation[i]);
         let (orientation, twist) = (start.orientation[i], start.twist(i));
         let over = |time: f64| Damping::over(time, drag, self.density, &shape);
         let (part, Damping { share: whole, .. }) = (over(before * dt), over(dt));
         let kept = part.kept.of_turning(orientation, spin.momentum(orientation, twist.angular));
         let impulse = part.share.of_turning(here.orientation[i], before * dt / moments.x * load.torque);
-        let speeding = part.share.linear * before * dt / mass * load.force;
+        let speeding = match part.share.linear {
+            Along::Even(share) => share * before * dt / mass * load.force,
+            axes => axes.of(here.orientation[i], before * dt / mass * load.force),
+        };
         let (momentum, late) = (kept + impulse, before < 1.0);
         let root = (dt / moments * whole.turning).map(f64::sqrt);
         Motion {
             free: Twist {
-                linear: part.kept.linear * twist.linear + speeding,
+                linear: part.kept.linear.of(orientation, twist.linear) + speeding,
                 angular: spin.turning(orientation, momentum, dt),
             },
             factor: Factor {
-                translation: (dt / mass * whole.linear).sqrt(),
-                rotation: axes * DMat3::from_diagonal(root) * axes.transpose(),
+                translation: whole.linear.with(|share| (dt / mass * share).sqrt()).root(here.orientation[i]),
+                rotation: about(here.orientation[i], root),
             },
             ending: Ending {
                 linear: if late { speeding } else { DVec3::ZERO },
@@ -116,7 +122,7 @@ impl Law for Inertial {
         let momentum = motion.ending.momentum + by_contact;
         let (moved, momentum) = match &motion.ending.after {
             Some(After { kept, momentum: late }) => {
-                (kept.linear * moved.linear, kept.of_turning(orientation, momentum) + *late)
+                (kept.linear.of(orientation, moved.linear), kept.of_turning(orientation, momentum) + *late)
             }
             None => (moved.linear, momentum),
         };

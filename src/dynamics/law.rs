@@ -1,8 +1,7 @@
 //! The laws of motion that a scene may name.
 
 use super::damping::rates;
-use super::overdamped::resistances;
-use super::{Inertial, Law, Overdamped};
+use super::{Drag, Inertial, Law, Overdamped};
 use crate::shape::Shape;
 use glam::DVec3;
 
@@ -14,26 +13,25 @@ use glam::DVec3;
 pub enum Dynamics {
     /// Inertia is negligible: `u = F / (drag L)`, `w = 12 T / (drag L^3)` with `L` the major axis length.
     Overdamped {
-        /// Drag coefficient `xi`.
-        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
-        drag: f64,
+        /// Drag: the coefficient `xi` of this law, or an object with `parallel`, `perpendicular` and `rotation`, or with
+        /// `viscosity`.
+        drag: Drag,
     },
     /// Newton's and Euler's equations with inelastic contact.
     Inertial {
         /// Mass per volume of every body.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         density: f64,
-        /// Drag coefficient `xi`, with the resistance of the overdamped law: `m u' = F - xi L u` and `I w' = T - (xi
-        /// L^3 / 12) w`. Without it: no drag.
-        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+        /// Drag, with the resistance of the overdamped law: `m u' = F - xi L u` and `I w' = T - (xi L^3 / 12) w`; a
+        /// number or an object as there. Without it: no drag.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
-        drag: Option<f64>,
+        drag: Option<Drag>,
     },
 }
 
 impl Default for Dynamics {
     fn default() -> Self {
-        Dynamics::Overdamped { drag: 1.0 }
+        Dynamics::Overdamped { drag: Drag::Even(1.0) }
     }
 }
 
@@ -46,41 +44,52 @@ impl Dynamics {
         }
     }
 
-    /// The drag coefficient of the overdamped law.
-    pub fn drag(&self) -> Option<f64> {
+    /// The drag of the overdamped law.
+    pub fn drag(&self) -> Option<Drag> {
         match *self {
             Dynamics::Overdamped { drag } => Some(drag),
             Dynamics::Inertial { .. } => None,
         }
     }
 
-    /// The law's name and that of its coefficient, which are their keys in a scene, with the coefficient.
-    pub(crate) fn coefficient(&self) -> ([&'static str; 2], f64) {
-        match *self {
-            Dynamics::Overdamped { drag } => (["overdamped", "drag"], drag),
-            Dynamics::Inertial { density, .. } => (["inertial", "density"], density),
+    /// The law's name, which is its key in a scene.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Dynamics::Overdamped { .. } => "overdamped",
+            Dynamics::Inertial { .. } => "inertial",
         }
     }
 
-    /// The drag coefficient beside inertia.
-    pub fn drag_beside_inertia(&self) -> Option<f64> {
+    /// The drag of either law.
+    pub fn any_drag(&self) -> Option<Drag> {
+        match *self {
+            Dynamics::Overdamped { drag } => Some(drag),
+            Dynamics::Inertial { drag, .. } => drag,
+        }
+    }
+
+    /// The drag beside inertia.
+    pub fn drag_beside_inertia(&self) -> Option<Drag> {
         match *self {
             Dynamics::Overdamped { .. } => None,
             Dynamics::Inertial { drag, .. } => drag,
         }
     }
 
-    /// How far a force of 1 moves the centre of a body at rest in a step, and by what a torque of 1 about each of its
-    /// axes turns it.
+    /// How far a force of 1 moves the centre of a body at rest in a step, in the direction of least resistance, and by
+    /// what a torque of 1 about each of its axes turns it.
     pub(crate) fn yields(&self, shape: &Shape, dt: f64) -> (f64, DVec3) {
         match *self {
             Dynamics::Overdamped { drag } => {
-                let (linear, turning) = resistances(drag, shape);
-                (dt / linear, DVec3::splat(dt / turning))
+                let resistance = drag.resistance(shape);
+                (dt / resistance.linear.least(), dt / resistance.turning.axes())
             }
             Dynamics::Inertial { density, drag } => {
                 let share = |rate: f64| if rate > 0.0 { -(-rate * dt).exp_m1() / (rate * dt) } else { 1.0 };
-                let (rate, turning) = drag.map_or((0.0, DVec3::ZERO), |drag| rates(drag, density, shape));
+                let (rate, turning) = match drag.map(|drag| rates(drag, density, shape)) {
+                    Some((rate, turning)) => (rate.least(), turning),
+                    None => (0.0, DVec3::ZERO),
+                };
                 let shares = DVec3::new(share(turning.x), share(turning.y), share(turning.z));
                 let fallen = dt * dt / density;
                 (fallen * share(rate) / shape.volume(), fallen * shares / shape.unit_inertia())

@@ -12,8 +12,10 @@
 //! M^-1` to the overdamped `M`. With inertia the velocity that it ends with is another. In a midpoint step forces and
 //! mobilities are those of the step's middle, and half of the forces' impulse comes after the move.
 
+pub(crate) mod along;
 pub(crate) mod bonds;
 mod damping;
+pub(crate) mod drag;
 pub(crate) mod flow;
 pub(crate) mod force;
 pub(crate) mod growth;
@@ -29,10 +31,13 @@ pub(crate) mod thermal;
 pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
+pub use along::Along;
+pub(crate) use along::Root;
 pub use bonds::BondName;
 pub(crate) use bonds::turning::{Between, Turn, least_way};
 pub use bonds::{Bending, Bond, DaughterBond, Joint};
 pub(crate) use bonds::{Bonds, Incidence, Member, Unstable, instability};
+pub use drag::{Drag, Resistance};
 pub use flow::Flow;
 pub(crate) use flow::Stream;
 #[cfg(feature = "gpu")]

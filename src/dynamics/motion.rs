@@ -2,6 +2,7 @@
 
 #[cfg(doc)]
 use super::Spin;
+use super::along::Root;
 use super::damping::Parts;
 use super::{Load, Twist};
 use crate::bodies::Bodies;
@@ -13,8 +14,8 @@ use glam::{DMat3, DQuat, DVec3};
 /// planar unknowns stay closed under it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factor {
-    /// Root of the translational mobility, the same in all directions.
-    pub translation: f64,
+    /// Root of the translational mobility.
+    pub translation: Root,
     /// Root of the rotational mobility, space axes.
     pub rotation: DMat3,
 }

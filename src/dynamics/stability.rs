@@ -8,6 +8,7 @@
 
 use super::{Dynamics, damping::rates};
 use crate::shape::Shape;
+use glam::DVec3;
 
 /// Rounding of the criterion, so that steps that keep an oscillation as it is are stable.
 const ROUNDING: f64 = 1e-9;
@@ -19,8 +20,18 @@ const HALVINGS: u32 = 60;
 /// stepping.
 pub fn longest_stable_step(dynamics: &Dynamics, midpoint: bool, shape: &Shape, stiffness: f64, dt: f64) -> Option<f64> {
     let stable = |dt: f64| match *dynamics {
-        Dynamics::Overdamped { drag } => stiffness * dt <= 2.0 * (1.0 + ROUNDING) * drag * shape.major_axis(),
-        _ => is_stable_with_inertia(dynamics, midpoint, shape, stiffness, dt),
+        Dynamics::Overdamped { drag } => {
+            stiffness * dt <= 2.0 * (1.0 + ROUNDING) * drag.resistance(shape).linear.least()
+        }
+        _ => {
+            let density = dynamics.density().unwrap_or(1.0);
+            let drag = dynamics.drag_beside_inertia();
+            let rates = drag.map_or(DVec3::ZERO, |drag| rates(drag, density, shape).0.axes());
+            // Of a body that may turn, along its axis of least drag as along that of most.
+            let mass = density * shape.volume();
+            let of = |rate: f64| is_stable_with_inertia(midpoint, mass, rate, stiffness, dt);
+            of(rates.min_element()) && of(rates.max_element())
+        }
     };
     if stable(dt) {
         return None;
@@ -40,11 +51,10 @@ pub fn longest_stable_step(dynamics: &Dynamics, midpoint: bool, shape: &Shape, s
     Some(short)
 }
 
-fn is_stable_with_inertia(dynamics: &Dynamics, midpoint: bool, shape: &Shape, stiffness: f64, dt: f64) -> bool {
-    let density = dynamics.density().unwrap_or(1.0);
-    let a = dynamics.drag_beside_inertia().map_or(0.0, |drag| dt * rates(drag, density, shape).0);
+fn is_stable_with_inertia(midpoint: bool, mass: f64, rate: f64, stiffness: f64, dt: f64) -> bool {
+    let a = dt * rate;
     // The squared frequency over that of the steps.
-    let s = dt * dt * stiffness / (density * shape.volume());
+    let s = dt * dt * stiffness / mass;
     let share = |a: f64| if a > 0.0 { -(-a).exp_m1() / a } else { 1.0 };
     let [[xx, xu], [ux, uu]] = if midpoint {
         // Half of the drag and of the force before the move and half after it, the force that of the middle.
@@ -70,15 +80,18 @@ mod tests {
         let limit = |dynamics: Dynamics, midpoint| longest_stable_step(&dynamics, midpoint, &ball, 3.0, 1e4).unwrap();
         for midpoint in [false, true] {
             // 2 xi L / k; 2 sqrt(m / k).
-            let overdamped = limit(Dynamics::Overdamped { drag: 1.5 }, midpoint);
+            let overdamped = limit(Dynamics::Overdamped { drag: 1.5.into() }, midpoint);
             assert!((overdamped - 1.0).abs() < 1e-8, "{overdamped}");
             let inertial = limit(Dynamics::Inertial { density: 2.0, drag: None }, midpoint);
             let expected = 2.0 * (2.0 * ball.volume() / 3.0).sqrt();
             assert!((inertial - expected).abs() < 1e-6, "{inertial} {expected}");
             // Strong drag is the overdamped law in steps of first order.
-            let damped = limit(Dynamics::Inertial { density: 1e-6, drag: Some(1.5) }, midpoint);
+            let damped = limit(Dynamics::Inertial { density: 1e-6, drag: Some(1.5.into()) }, midpoint);
             assert!(if midpoint { damped < 2.0 } else { (damped - 1.0).abs() < 1e-4 }, "{damped}");
-            assert_eq!(longest_stable_step(&Dynamics::Overdamped { drag: 1.5 }, midpoint, &ball, 3.0, 1.0), None);
+            assert_eq!(
+                longest_stable_step(&Dynamics::Overdamped { drag: 1.5.into() }, midpoint, &ball, 3.0, 1.0),
+                None
+            );
         }
     }
 }

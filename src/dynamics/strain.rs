@@ -11,9 +11,9 @@
 //! this file has only the displacement. A law without drag has no flow: bodies keep their velocities, and rows are made
 //! in the same way.
 
+use super::along::Along;
 use super::flow::{yzx, zxy};
-use super::overdamped::resistances;
-use super::{Dynamics, ForceField, Load};
+use super::{Drag, Dynamics, ForceField, Load};
 use crate::bodies::Bodies;
 use crate::periodic::{CellShear, Periodic, Periods};
 use glam::DVec3;
@@ -22,8 +22,8 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strain {
     cell: Periodic,
-    /// The law's drag coefficient; zero under a law without.
-    drag: f64,
+    /// The law's drag, under a law with drag.
+    drag: Option<Drag>,
     /// Whether bodies move in the x-y plane.
     planar: bool,
 }
@@ -31,9 +31,9 @@ pub struct Strain {
 impl Strain {
     /// That of a cell that is sheared, or whose lengths change under a law that has drag; none of another.
     pub fn new(cell: &Periodic, dynamics: &Dynamics, planar: bool) -> Option<Strain> {
-        let drag = dynamics.drag().or(dynamics.drag_beside_inertia());
+        let drag = dynamics.any_drag();
         let changes = cell.shear.is_some() || (cell.strain_rate.is_some() && drag.is_some());
-        changes.then(|| Strain { cell: *cell, drag: drag.unwrap_or_default(), planar })
+        changes.then_some(Strain { cell: *cell, drag, planar })
     }
 
     /// The shear of a sheared cell.
@@ -67,10 +67,14 @@ impl ForceField for Strain {
                 let axis = back * axis;
                 sum + rate * yzx(axis) * zxy(axis)
             });
-        let (linear, turning) = resistances(self.drag, shape);
-        let force = linear * rates * bodies.position[i];
+        let Some(drag) = self.drag else { return Load::default() };
+        let resistance = drag.resistance(shape);
+        let force = match resistance.linear {
+            Along::Even(linear) => linear * rates * bodies.position[i],
+            axes => axes.of(q, rates * bodies.position[i]),
+        };
         // Validation refuses shapes without the constants.
-        let torque = turning * (q * (shape.bretherton().unwrap_or_default() * strain));
+        let torque = resistance.turning.of(q, q * (drag.bretherton(shape).unwrap_or_default() * strain));
         let load = Load { force, torque };
         if self.planar { load.in_plane() } else { load }
     }

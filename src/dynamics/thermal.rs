@@ -2,8 +2,10 @@
 //!
 //! Overdamped bodies have the load `sqrt(2 kT zeta / dt) xi` with `zeta` the resistance `xi L`, and the torque likewise
 //! with `xi L^3 / 12`; the mobility makes of it displacements of variance `2 kT M dt` (the scheme of Euler and
-//! Maruyama; D. L. Ermak, J. A. McCammon, J. Chem. Phys. 69, 1352 (1978)). The resistance of this law is the same in
-//! all directions and at all places: its divergence is zero, and no drift is added.
+//! Maruyama; D. L. Ermak, J. A. McCammon, J. Chem. Phys. 69, 1352 (1978)). No drift is added, since the mobility `M` has
+//! no divergence: it is the same at all places, and that of turning is constant in the body's own axes, about which the
+//! random turns are drawn. With [drag](super::Drag) that depends on the direction `M` turns with the body, and both hold
+//! as well: motion and turning are not coupled, so that `M` changes by turns that are independent of the random force.
 //!
 //! Bodies with inertia and drag have the load that gives velocities `e^-a u + sqrt(kT / m (1 - e^-2a)) xi` at the
 //! step's end, the exact solution of Langevin's equation over the step, so that the variance of a free body's velocity
@@ -14,8 +16,8 @@
 
 pub mod draw;
 
+use super::along::Along;
 use super::damping::rates;
-use super::overdamped::resistances;
 use super::{Dynamics, Load};
 use crate::shape::Shape;
 use draw::normals;
@@ -57,26 +59,40 @@ impl Heat {
     pub fn load(&self, shape: &Shape, orientation: DQuat, (id, step): (u64, u64), dt: f64) -> Load {
         let [a, b, c, d, e, f] = normals(self.seed, id, step);
         let (force, torque) = self.strength(shape, dt);
-        let load = Load { force: force * DVec3::new(a, b, c), torque: orientation * (torque * DVec3::new(d, e, f)) };
+        // Where drag depends on the direction, balls too have their force drawn along their own axes.
+        let by_axes = self.dynamics.any_drag().is_some_and(|drag| drag.even().is_none());
+        let force = match force {
+            Along::Even(force) if !by_axes => force * DVec3::new(a, b, c),
+            force => orientation * (force.axes() * DVec3::new(a, b, c)),
+        };
+        let load = Load { force, torque: orientation * (torque * DVec3::new(d, e, f)) };
         if self.planar { load.in_plane() } else { load }
     }
 
-    /// Standard deviations of the force, along any axis, and of the torques about the principal axes.
-    fn strength(&self, shape: &Shape, dt: f64) -> (f64, DVec3) {
+    /// Standard deviations of the force and of the torques along the principal axes.
+    fn strength(&self, shape: &Shape, dt: f64) -> (Along, DVec3) {
         let temperature = self.thermal.temperature;
         match self.dynamics {
             Dynamics::Overdamped { drag } => {
-                let (linear, turning) = resistances(drag, shape);
+                let resistance = drag.resistance(shape);
                 let of = |resistance: f64| (2.0 * temperature * resistance / dt).sqrt();
-                (of(linear), DVec3::splat(of(turning)))
+                (resistance.linear.with(of), resistance.turning.axes().map(of))
             }
             Dynamics::Inertial { density, drag } => {
                 // Without drag there is no random load; validation refuses such a scene.
-                let Some(drag) = drag else { return (0.0, DVec3::ZERO) };
-                let (linear, turning) = resistances(drag, shape);
-                let (rate, rates) = rates(drag, density, shape);
+                let Some(drag) = drag else { return (Along::Even(0.0), DVec3::ZERO) };
+                let resistance = drag.resistance(shape);
+                let (linear, turning) = rates(drag, density, shape);
                 let of = |resistance: f64, rate: f64| (temperature * resistance * rate * spread(rate * dt)).sqrt();
-                (of(linear, rate), rates.map(|rate| of(turning, rate)))
+                let of_axes = |resistances: DVec3, rates: DVec3| {
+                    let of = |axis: usize| of(resistances[axis], rates[axis]);
+                    DVec3::new(of(0), of(1), of(2))
+                };
+                let force = match (resistance.linear, linear) {
+                    (Along::Even(resistance), Along::Even(rate)) => Along::Even(of(resistance, rate)),
+                    (resistances, rates) => Along::Axes(of_axes(resistances.axes(), rates.axes())),
+                };
+                (force, of_axes(resistance.turning.axes(), turning))
             }
         }
     }

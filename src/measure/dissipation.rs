@@ -1,7 +1,8 @@
 //! Power dissipated by drag, under the overdamped law: `sum of F . u + T . w = xi (L |u|^2 + L^3 |w|^2 / 12)` with the
-//! velocities of the last step (Palmer, Aktulga, Gao 2026 for the drag; Rayleigh's dissipation function is half of it).
+//! velocities of the last step, or with the resistances of other drag (Palmer, Aktulga, Gao 2026 for the drag; Rayleigh's dissipation function is half of it).
 
 use super::{About, Column, Found, LeftOut, Measure, View, cell};
+use crate::dynamics::Drag;
 
 const COLUMNS: [Column; 1] =
     [Column { name: "dissipation", what: "power that the bodies' drag takes; force times length over time" }];
@@ -30,9 +31,17 @@ impl Measure for Dissipation {
         }
         let bodies = view.bodies();
         let of = |i: usize| {
-            let length = bodies.shape[i].major_axis();
-            let (u, w) = (bodies.velocity[i].length_squared(), bodies.angular_velocity[i].length_squared());
-            drag * (length * u + length.powi(3) * w / 12.0)
+            let (u, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            match drag {
+                Drag::Even(xi) => {
+                    let length = bodies.shape[i].major_axis();
+                    xi * (length * u.length_squared() + length.powi(3) * w.length_squared() / 12.0)
+                }
+                drag => {
+                    let (resistance, orientation) = (drag.resistance(&bodies.shape[i]), bodies.orientation[i]);
+                    resistance.linear.square(orientation, u) + resistance.turning.square(orientation, w)
+                }
+            }
         };
         Ok(Found { values: vec![cell((0..bodies.len()).map(of).sum())], ..Found::default() })
     }

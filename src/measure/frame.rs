@@ -1,7 +1,7 @@
 //! Information from a run's scene that its states lack: whether it is planar, the drag, and which bodies are fixed.
 
 use crate::constraint::friction::Coefficients;
-use crate::dynamics::Stream;
+use crate::dynamics::{Drag, Stream};
 use crate::fixed::Fixed;
 use crate::periodic::CellShear;
 use crate::record::{States, StatesError, scene_of};
@@ -18,9 +18,9 @@ pub struct Frame {
     pub planar: bool,
     /// The source of this information.
     pub planar_from: String,
-    /// The drag coefficient of the overdamped law, if this is the run's law, no flow carries its bodies and its scene
+    /// The drag of the overdamped law, if this is the run's law, no flow carries its bodies and its scene
     /// is available.
-    pub drag: Option<f64>,
+    pub drag: Option<Drag>,
     /// The shear of the run's sheared cell, if it has one and its scene is available, and the flow that carries bodies,
     /// under a law with drag.
     #[serde(skip)]

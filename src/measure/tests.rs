@@ -54,7 +54,7 @@ fn frame(planar: bool) -> Frame {
     Frame {
         planar,
         planar_from: "a test".into(),
-        drag: Some(2.0),
+        drag: Some(2.0.into()),
         shear: None,
         fixed: Default::default(),
         friction: None,

@@ -42,8 +42,8 @@ mod write;
 
 pub use crate::constraint::friction::{Friction, GroupFriction, Restitution};
 pub use crate::dynamics::{
-    Bending, Bond, DaughterBond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, Joint, OnNoRoom, Stop, StopReason,
-    Thermal, Window,
+    Bending, Bond, DaughterBond, DivisionRule, Drag, Dynamics, Flow, Force, Frame, Growth, Joint, OnNoRoom, Stop,
+    StopReason, Thermal, Window,
 };
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::{Axis, CellShear, Periodic};

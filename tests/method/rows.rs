@@ -4,7 +4,7 @@
 use crate::random::{KINDS, Random};
 use glam::{DMat3, DVec3};
 use relcp::internals::constraint::{self, Mover};
-use relcp::internals::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
+use relcp::internals::dynamics::{Ending, Factor, Motion, Pose, Root, Twist, advance};
 use relcp::internals::freedom::SPATIAL;
 use relcp::lcp::Problem;
 use relcp::separation::{Placed, separation};
@@ -17,7 +17,7 @@ const STEP: f64 = 5e-4;
 fn unit_motion() -> Motion {
     Motion {
         free: Twist::default(),
-        factor: Factor { translation: 1.0, rotation: DMat3::IDENTITY },
+        factor: Factor { translation: Root::Even(1.0), rotation: DMat3::IDENTITY },
         ending: Ending::default(),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 use relcp::internals::constraint::{self, FIXED, Mover};
-use relcp::internals::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
+use relcp::internals::dynamics::{Ending, Factor, Motion, Pose, Root, Twist, advance};
 use relcp::internals::freedom::SPATIAL;
 use relcp::internals::separation::Surface;
 use relcp::lcp::Problem;
@@ -53,7 +53,7 @@ fn rows_of_walls_equal_finite_differences() {
     let mut random = Random::new(3);
     let motion = Motion {
         free: Twist::default(),
-        factor: Factor { translation: 1.0, rotation: glam::DMat3::IDENTITY },
+        factor: Factor { translation: Root::Even(1.0), rotation: glam::DMat3::IDENTITY },
         ending: Ending::default(),
     };
     for kind in KINDS {

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod bending;
+mod body_drag;
 mod bonds;
 mod bonds_on_device;
 mod chains_in_heat;
@@ -30,6 +31,7 @@ mod removal;
 mod scenes;
 mod shear;
 mod species;
+mod stokes;
 mod strain;
 mod thermal;
 mod traps;

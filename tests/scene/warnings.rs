@@ -54,7 +54,7 @@ fn a_crowd_with_inertia_and_heat_is_said_to_be_colder() {
     let mut scene = balls(2);
     scene.thermal = Some(Thermal::new(1e-6));
     assert_eq!(scene.warnings(), [""; 0]);
-    scene.dynamics = Dynamics::Inertial { density: 1.0, drag: Some(1.0) };
+    scene.dynamics = Dynamics::Inertial { density: 1.0, drag: Some(1.0.into()) };
     assert!(scene.warnings()[0].contains("colder than thermal.temperature"));
     scene.bodies.pop();
     assert_eq!(scene.warnings(), [""; 0]);

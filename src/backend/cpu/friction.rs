@@ -145,7 +145,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             let inverse = factor.rotation.inverse();
             let torque = inverse * (inverse * (free.angular.abs() + there.angular.abs()));
             let turning = torque.length() / self.start.bodies.shape[i].bounding_radius();
-            linear / (factor.translation * factor.translation) + if turning.is_finite() { turning } else { 0.0 }
+            linear / factor.translation.mean_square() + if turning.is_finite() { turning } else { 0.0 }
         };
         (0..self.trial.twist.len()).filter(|i| !self.start.is_held(*i)).map(of_body).sum()
     }

@@ -3,14 +3,14 @@
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
 use crate::constraint::friction::{Coefficients, Restitution};
-use crate::dynamics::{self, Bonds, Cells, ForceField, Heat, Law, Overdamped, Strain};
+use crate::dynamics::{self, Bonds, Cells, Drag, ForceField, Heat, Law, Overdamped, Strain};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
 use crate::step::{Model, Rows, Stepping, Time};
 use crate::walls::Walls;
 
 /// The law of motion for separating bodies: long ones turn and move less easily. The drag cancels out.
-const PARTING: Overdamped = Overdamped { drag: 1.0 };
+const PARTING: Overdamped = Overdamped { drag: Drag::Even(1.0) };
 
 /// A scene's law, forces, walls and tolerances, and how its rows are made.
 pub struct Setup {

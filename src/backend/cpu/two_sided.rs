@@ -231,7 +231,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let root = self.start.interval.sqrt();
         let of_turning = motion.factor.rotation.inverse() * mean_angular;
         let turning = if of_turning.is_finite() { of_turning.dot(angular) } else { 0.0 };
-        root * (linear.dot(mean_linear) / motion.factor.translation + turning)
+        root * (motion.factor.translation.between(linear, mean_linear) + turning)
     }
 
     /// The branches that contradict each other: those whose own multipliers move them most. They grow without bounds

@@ -62,7 +62,7 @@ kernels! {
     pub(super) struct BranchKernels for setup: &Setup {
         choose: Choose = branch_source::choose(setup),
         count: CountBranches = plain(setup, "count").include(fragment!("constraint/count_branches.wgsl")),
-        append: AppendBranches = with_parts(numbers(plain(setup, "append")))
+        append: AppendBranches = with_parts(setup, numbers(plain(setup, "append")))
             .include(fragment!("constraint/row.wgsl"))
             .include(fragment!("constraint/append_branches.wgsl")),
         remember: RememberBranches = with_direction(plain(setup, "remember"))
@@ -70,7 +70,7 @@ kernels! {
         stage: Stage = changing(setup, geometry(setup, "stage").include(fragment!("constraint/stage.wgsl"))),
         start: StartBranches = plain(setup, "start").include(fragment!("constraint/start_branches.wgsl")),
         matched: Match = plain(setup, "match").include(fragment!("constraint/match.wgsl")),
-        tighten: TightenBranches = with_parts(plain(setup, "tighten").real("LEAST_ALIGNED", LEAST_ALIGNED))
+        tighten: TightenBranches = with_parts(setup, plain(setup, "tighten").real("LEAST_ALIGNED", LEAST_ALIGNED))
             .include(fragment!("constraint/share.wgsl"))
             .include(fragment!("constraint/tighten_branches.wgsl")),
         tightened: Tightened = plain(setup, "tightened").include(fragment!("constraint/tightened.wgsl")),

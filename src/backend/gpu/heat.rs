@@ -1,11 +1,11 @@
 //! Brownian motion on the device. Its kernel writes random loads into the array of the loads that the host computes.
 
 use super::Setup;
-use super::source::{base, damped};
+use super::source::{base, damped, dragged};
 use super::start::Stages;
 use super::states::{Poses, Shapes};
 use crate::bodies::Lineage;
-use crate::dynamics::{Dynamics, draw};
+use crate::dynamics::{Drag, Dynamics, draw};
 use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, Source, fragment, functions};
 use crate::shape::gpu::add_shapes_to;
 
@@ -31,13 +31,14 @@ pub(super) fn source(setup: &Setup) -> Option<Source> {
         .real("TEMPERATURE", heat.thermal.temperature)
         .include(fragment!("dynamics/draw.wgsl"));
     let source = match heat.dynamics {
-        Dynamics::Overdamped { drag } => source.real("DRAG", drag).include(fragment!("dynamics/heat_overdamped.wgsl")),
+        Dynamics::Overdamped { drag } => dragged::heated(source, drag),
         // Without drag there are no random loads; validation rejects such a scene.
         Dynamics::Inertial { density, drag } => {
-            damped(source, density, drag.unwrap_or(0.0)).include(fragment!("dynamics/heat_damped.wgsl"))
+            let drag = drag.unwrap_or(Drag::Even(0.0));
+            dragged::heated_with_inertia(damped(source, density, drag), drag)
         }
     };
-    Some(source.include(fragment!("dynamics/heat.wgsl")))
+    Some(dragged::of_heat(setup, source.include(fragment!("dynamics/heat.wgsl"))))
 }
 
 /// The ids of the bodies, which select their random numbers.

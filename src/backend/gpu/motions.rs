@@ -5,11 +5,11 @@ use super::Setup;
 use super::bonds::BondBuffers;
 use super::heat::Ids;
 use super::part::Part;
-use super::source::{damping, motion, turned, with_bodies};
+use super::source::{damping, dragged, motion, turned, with_bodies};
 use super::start::{Stages, Start};
 use super::states::{Poses, Shapes};
 use crate::bodies::Bodies;
-use crate::dynamics::{Ending, Factor, Force, ForceField, Load, Motion, Twist, force_fields};
+use crate::dynamics::{Ending, Factor, Force, ForceField, Load, Motion, Root, Twist, force_fields};
 use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, arrays, fragment, functions, kernels};
 use crate::step::{Fault, Model};
 use glam::{DMat3, DVec3};
@@ -35,7 +35,9 @@ kernels! {
         /// The motion over the step from its middle, with inertia.
         middle: Option<MiddleMotion> =
             (setup.midpoint && setup.inertia()).then(|| match damping(setup) {
-                Some(source) => source("middle").include(fragment!("dynamics/damped_middle.wgsl")),
+                Some(source) => {
+                    dragged::of_middle(setup, source("middle").include(fragment!("dynamics/damped_middle.wgsl")))
+                }
                 None => turned(setup, "middle").include(fragment!("dynamics/middle.wgsl")),
             }),
     }
@@ -49,8 +51,25 @@ const ROUNDINGS: f64 = 8.0;
 /// The root of the rotational mobility in a motion, as `rotation_root` of `shaders/dynamics/factor.wgsl` applies it.
 fn rotation_root(motion: &[f64]) -> DMat3 {
     match motion.get(16..24) {
-        Some(&[xx, xy, xz, yy, yz, zz, ..]) => DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]),
+        Some(root) => symmetric(root),
         _ => DMat3::from_diagonal(DVec3::splat(motion[7])),
+    }
+}
+
+/// The root of the translational mobility in a motion, as `translation_root` of `shaders/dynamics/along.wgsl` applies it
+/// where drag depends on the direction.
+fn translation_root(setup: &Setup, motion: &[f64]) -> Root {
+    match setup.has_axes_of_drag() {
+        true => Root::Axes(symmetric(&motion[motion.len() - 8..])),
+        false => Root::Even(motion[3]),
+    }
+}
+
+/// A symmetric matrix of its first six numbers.
+fn symmetric(numbers: &[f64]) -> DMat3 {
+    match *numbers {
+        [xx, xy, xz, yy, yz, zz, ..] => DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]),
+        _ => DMat3::ZERO,
     }
 }
 
@@ -205,7 +224,7 @@ impl Motions {
         let width = 4 * setup.motion_width() as usize;
         let motion = |of: &[f64]| Motion {
             free: Twist { linear: DVec3::from_slice(of), angular: DVec3::from_slice(&of[4..]) },
-            factor: Factor { translation: of[3], rotation: rotation_root(of) },
+            factor: Factor { translation: translation_root(setup, of), rotation: rotation_root(of) },
             ending: Ending::default(),
         };
         Ok(numbers.chunks_exact(width).map(motion).collect())

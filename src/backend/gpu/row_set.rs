@@ -64,7 +64,7 @@ kernels! {
     /// The kernels of the paper's rows.
     pub(super) struct PaperKernels for setup: &Setup {
         count: Count = base(setup, "count").include(fragment!("constraint/count.wgsl")),
-        append: Append = with_parts(numbers(base(setup, "append")))
+        append: Append = with_parts(setup, numbers(base(setup, "append")))
             .include(fragment!("constraint/row.wgsl"))
             .include(fragment!("constraint/append.wgsl")),
         remember: Remember =
@@ -77,7 +77,7 @@ kernels! {
     pub(super) struct MiddleRowKernels for setup: &Setup {
         /// The starting multipliers of these rows.
         recall: Recall = base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
-        tighten: Tighten = with_parts(with_flags(base(setup, "tighten")).real("LEAST_ALIGNED", LEAST_ALIGNED))
+        tighten: Tighten = with_parts(setup, with_flags(base(setup, "tighten")).real("LEAST_ALIGNED", LEAST_ALIGNED))
             .include(fragment!("constraint/share.wgsl"))
             .include(fragment!("constraint/tighten.wgsl")),
     }

@@ -125,13 +125,21 @@ impl Setup {
     }
 
     /// Vectors per motion of a body. With inertia, the rotational mobility is a matrix, and an angular momentum is
-    /// added; with drag and inertia, also the impulse that follows a move.
+    /// added; with drag and inertia, also the impulse that follows a move. Drag that depends on the direction has both
+    /// mobilities as matrices in any law, that of translation in the last two vectors.
     pub fn motion_width(&self) -> u32 {
-        match (self.inertia(), self.is_damped()) {
-            (false, _) => 4,
-            (true, false) => 7,
-            (true, true) => 8,
+        match (self.inertia(), self.is_damped(), self.has_axes_of_drag()) {
+            (false, _, false) => 4,
+            (false, _, true) => 9,
+            (true, false, _) => 7,
+            (true, true, false) => 8,
+            (true, true, true) => 10,
         }
+    }
+
+    /// Whether drag depends on the direction.
+    pub fn has_axes_of_drag(&self) -> bool {
+        self.dynamics.any_drag().is_some_and(|drag| drag.even().is_none())
     }
 
     /// Whether kernels other than that of the forces make loads.

@@ -1,12 +1,13 @@
 //! The common parts of every kernel of a step: the scene's constants, forces and contact law.
 
+pub(super) mod dragged;
 pub(super) mod loads;
 pub(super) mod sheared;
 #[cfg(test)]
 mod tests;
 
 use super::Setup;
-use crate::dynamics::{Dynamics, Force, LAST_STEP};
+use crate::dynamics::{Drag, Dynamics, Force, LAST_STEP};
 use crate::gpu::{LatticePeriods, Precision, Source, fragment};
 use crate::separation;
 use crate::shape::gpu::add_shapes_to;
@@ -80,12 +81,19 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
     let source = base(setup, "motion").flag("PLUGGED", plugged);
     let source = add_shapes_to(source).include(fragment!("dynamics/law.wgsl"));
     let source = match setup.dynamics {
-        Dynamics::Overdamped { drag } => source.real("DRAG", drag).include(fragment!("dynamics/overdamped.wgsl")),
+        Dynamics::Overdamped { drag: Drag::Even(xi) } => {
+            source.real("DRAG", xi).include(fragment!("dynamics/overdamped.wgsl"))
+        }
+        Dynamics::Overdamped { drag } => dragged::overdamped(source, drag),
         Dynamics::Inertial { density, drag: None } => {
             spinning(setup, source).real("DENSITY", density).include(fragment!("dynamics/inertial.wgsl"))
         }
         Dynamics::Inertial { density, drag: Some(drag) } => {
-            damped(spinning(setup, source), density, drag).include(fragment!("dynamics/damped.wgsl"))
+            let source = damped(spinning(setup, source), density, drag);
+            match drag {
+                Drag::Even(_) => source.include(fragment!("dynamics/damped.wgsl")),
+                _ => dragged::damped(source),
+            }
         }
     };
     let source = match setup.forces.iter().any(Force::is_radial) {
@@ -93,16 +101,17 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
         false => source,
     };
     let source = match &setup.stream {
-        Some(stream) => loads::flowing(stream, source),
+        Some(stream) => loads::flowing(stream, setup.dynamics.any_drag(), source),
         None => source,
     };
     let source = match setup.strained() {
-        Some(_) => loads::straining(source),
+        Some(_) => loads::straining(setup.dynamics.any_drag(), source),
         None => source,
     };
     let loads = loads::load_of(setup, &source);
     let source = source.integer("SHARES", loads::windows(&setup.forces).len().div_ceil(4) as u32).text(&loads);
-    source.include(fragment!("dynamics/axis.wgsl")).include(fragment!("dynamics/motion.wgsl"))
+    let source = source.include(fragment!("dynamics/axis.wgsl")).include(fragment!("dynamics/motion.wgsl"));
+    dragged::keeping(setup, source)
 }
 
 /// Moves the rows of an array with elements of this WGSL type.
@@ -122,11 +131,12 @@ pub(super) fn with_factor(setup: &Setup, name: &str) -> Source {
 }
 
 /// Adds the part of a row for each of its bodies.
-pub(super) fn with_parts(source: Source) -> Source {
-    source
+pub(super) fn with_parts(setup: &Setup, source: Source) -> Source {
+    let source = source
         .include(fragment!("dynamics/factor.wgsl"))
         .include(fragment!("dynamics/axis.wgsl"))
-        .include(fragment!("constraint/part.wgsl"))
+        .include(fragment!("constraint/part.wgsl"));
+    dragged::of_rows(setup, source)
 }
 
 /// A complete kernel that compares two bodies, adapted to periods that may change.
@@ -169,8 +179,11 @@ pub(super) fn turned(setup: &Setup, name: &str) -> Source {
 }
 
 /// Adds the effect of drag on a motion with inertia.
-pub(super) fn damped(source: Source, density: f64, drag: f64) -> Source {
-    source.real("DENSITY", density).real("DRAG", drag).include(fragment!("dynamics/damping.wgsl"))
+pub(super) fn damped(source: Source, density: f64, drag: Drag) -> Source {
+    match drag {
+        Drag::Even(xi) => source.real("DENSITY", density).real("DRAG", xi).include(fragment!("dynamics/damping.wgsl")),
+        drag => dragged::damping(source, density, drag),
+    }
 }
 
 /// A function that makes sources with torque-free rotation and drag; `None` for a scene without drag and inertia.

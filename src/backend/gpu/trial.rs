@@ -4,7 +4,7 @@ use super::Setup;
 use super::motions::Motions;
 use super::narrow_phase::Report;
 use super::part::Part;
-use super::source::{base, damping, turned, with_bodies, with_factor};
+use super::source::{base, damping, dragged, turned, with_bodies, with_factor};
 use super::start::Stages;
 use super::states::{Poses, Shapes};
 use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, fragment, functions, kernels};
@@ -26,13 +26,16 @@ functions! {
 kernels! {
     /// The kernels of trials and of what follows them.
     pub(super) struct TrialKernels for setup: &Setup {
-        trial: TrialMove = with_factor(setup, "trial").include(fragment!("dynamics/trial.wgsl")),
+        trial: TrialMove =
+            dragged::of_trial(setup, with_factor(setup, "trial").include(fragment!("dynamics/trial.wgsl"))),
         sweep: Sweep = with_bodies(setup, "sweep").include(fragment!("broad_phase/sweep.wgsl")),
         accept: Accept = base(setup, "accept").include(fragment!("dynamics/accept.wgsl")),
         /// With inertia, instead of `accept`.
         arrive: Option<Arrive> =
             setup.inertia().then(|| match damping(setup) {
-                Some(source) => source("arrive").include(fragment!("dynamics/damped_arrive.wgsl")),
+                Some(source) => {
+                    dragged::of_arrival(setup, source("arrive").include(fragment!("dynamics/damped_arrive.wgsl")))
+                }
                 None => turned(setup, "arrive").include(fragment!("dynamics/arrive.wgsl")),
             }),
     }

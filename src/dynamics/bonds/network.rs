@@ -153,7 +153,7 @@ mod tests {
         for count in [2, 3, 8, 40] {
             let (bonds, members) = chain(count, ball, 0.0, 50.0);
             let largest = 4.0 * 50.0 * (std::f64::consts::FRAC_PI_2 / count as f64).cos().powi(2);
-            let dynamics = Dynamics::Overdamped { drag: 1.0 };
+            let dynamics = Dynamics::Overdamped { drag: 1.0.into() };
             let limit = 2.0 / largest;
             assert_eq!(instability(&bonds, &members, &dynamics, false, 0.99 * limit), None, "{count}");
             let found = instability(&bonds, &members, &dynamics, false, 1.01 * limit).unwrap();
@@ -172,7 +172,7 @@ mod tests {
         let rod = Shape::Spherocylinder { diameter: 0.2, length: 2.0 };
         let (bonds, members) = chain(2, rod, 0.5 * rod.major_axis(), 10.0);
         let limit = 2.0 / (10.0 * 8.0 / rod.major_axis());
-        let dynamics = Dynamics::Overdamped { drag: 1.0 };
+        let dynamics = Dynamics::Overdamped { drag: 1.0.into() };
         assert_eq!(instability(&bonds, &members, &dynamics, false, 0.999 * limit), None);
         assert!(instability(&bonds, &members, &dynamics, false, 1.001 * limit).is_some());
         let held = [Member { fixed: true, ..members[0] }, members[1]];

@@ -6,6 +6,7 @@
 mod added;
 mod bodies;
 mod bonds;
+mod drag;
 mod flow;
 mod forces;
 mod friction;
@@ -64,11 +65,7 @@ impl Scene {
         let root = &Key::ROOT;
         self.check_name(root)?;
         self.check_time(&root.field("time"))?;
-        let ([law, name], coefficient) = self.dynamics.coefficient();
-        positive(&root.field("dynamics").field(law).field(name), coefficient)?;
-        if let Some(drag) = self.dynamics.drag_beside_inertia() {
-            positive(&root.field("dynamics").field(law).field("drag"), drag)?;
-        }
+        self.check_dynamics(&root.field("dynamics"))?;
         self.check_bodies(root)?;
         self.check_generate(root)?;
         self.check_fixed(root)?;

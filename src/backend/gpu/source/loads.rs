@@ -1,7 +1,8 @@
 //! The forces of a scene in the kernel of motions: one term per force.
 
+use super::dragged;
 use crate::backend::gpu::Setup;
-use crate::dynamics::{Force, Frame, Stream, Window, along};
+use crate::dynamics::{Drag, Force, Frame, Stream, Window, along};
 use crate::gpu::{Source, fragment};
 use std::fmt::Write as _;
 
@@ -50,19 +51,27 @@ pub(super) fn load_of(setup: &Setup, source: &Source) -> String {
 }
 
 /// Adds the load of a background flow. The source already has the law's drag.
-pub(super) fn flowing(stream: &Stream, source: Source) -> Source {
-    source
+pub(super) fn flowing(stream: &Stream, drag: Option<Drag>, source: Source) -> Source {
+    let source = source
         .real("FLOW_RATE", stream.rate)
         .vector("FLOW_DIRECTION", stream.direction.to_array())
         .vector("FLOW_GRADIENT", stream.gradient.to_array())
-        .vector("FLOW_TURNING", stream.turning().to_array())
-        .include(fragment!("dynamics/bretherton.wgsl"))
-        .include(fragment!("dynamics/flow.wgsl"))
+        .vector("FLOW_TURNING", stream.turning().to_array());
+    dragged::of_flow(drag, with_bretherton(drag, source).include(fragment!("dynamics/flow.wgsl")))
 }
 
 /// Adds the load of the flow of a cell whose lengths change.
-pub(super) fn straining(source: Source) -> Source {
-    source.include(fragment!("dynamics/bretherton.wgsl")).include(fragment!("dynamics/strain.wgsl"))
+pub(super) fn straining(drag: Option<Drag>, source: Source) -> Source {
+    let source = with_bretherton(drag, source).include(fragment!("dynamics/strain.wgsl"));
+    dragged::of_strain(drag, source)
+}
+
+/// Adds Bretherton's constants: in a viscous fluid those of rods and rings of some thickness.
+fn with_bretherton(drag: Option<Drag>, source: Source) -> Source {
+    match drag {
+        Some(Drag::Viscosity(_)) => source.include(fragment!("dynamics/bretherton_fluid.wgsl")),
+        _ => source.include(fragment!("dynamics/bretherton.wgsl")),
+    }
 }
 
 /// The sum to which a force contributes (`force` or `torque`), and its term.

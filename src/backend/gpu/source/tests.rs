@@ -34,7 +34,11 @@ fn setups() -> Vec<Setup> {
         scene.time.stepping = Stepping::Midpoint;
         scene.forces.extend(driven());
         let inertial = |drag| Dynamics::Inertial { density: 2.0, drag };
-        let laws = [Dynamics::Overdamped { drag: 1.0 }, inertial(None), inertial(Some(3.0))];
+        let overdamped = |drag| Dynamics::Overdamped { drag };
+        let axes = Drag::Axes { parallel: 1.0, perpendicular: 2.0, rotation: 3.0 };
+        let drags = [Drag::Even(3.0), axes, Drag::Viscosity(0.5)];
+        let laws = [None].into_iter().chain(drags.map(Some)).map(inertial).chain(drags.map(overdamped));
+        let laws: Vec<Dynamics> = laws.collect();
         for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
             (scene.dynamics, scene.contact.rows) = (dynamics, rows);
             let heat = Some(Heat { thermal: Thermal::new(0.5), seed: 3 << 40, dynamics, planar: scene.planar });

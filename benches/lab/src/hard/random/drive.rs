@@ -32,7 +32,7 @@ const GROUPS: [&str; 2] = ["a", "b"];
 
 pub(super) fn dynamics(random: &mut Random) -> Dynamics {
     let unit = random.log_within(UNIT[0], UNIT[1]);
-    random.either(0.5, Dynamics::Overdamped { drag: unit }, Dynamics::Inertial { density: unit, drag: None })
+    random.either(0.5, Dynamics::Overdamped { drag: unit.into() }, Dynamics::Inertial { density: unit, drag: None })
 }
 
 pub(super) fn stepping(random: &mut Random) -> Stepping {
@@ -115,7 +115,7 @@ fn force(random: &mut Random, scene: &Scene, reach: f64) -> Force {
             Force::RadialInward { group: group.clone(), window: None },
             Force::RadialOutward { group, window: None },
         ),
-        Dynamics::Overdamped { drag } => {
+        Dynamics::Overdamped { drag: Drag::Even(drag) } => {
             let force = drag * 2.0 * reach * way / dt * along;
             Force::Uniform { force: force.to_array(), group, window: None }
         }

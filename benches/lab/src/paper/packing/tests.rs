@@ -1,6 +1,6 @@
 use super::*;
 use relcp::internals::simulation;
-use relcp::scene::Dynamics;
+use relcp::scene::{Drag, Dynamics};
 use relcp::simulation::Compute;
 use relcp::step::State;
 
@@ -8,7 +8,9 @@ use relcp::step::State;
 fn rods_of_the_lattice_are_clear_of_each_other_and_move_as_fast_as_the_field() {
     let scene = scene(3, 0.1).unwrap();
     assert_eq!((scene.bodies.len(), &*scene.name), (27, "packing-27"));
-    assert!(matches!(scene.dynamics, Dynamics::Overdamped { drag } if (drag * 1.5 - 1.0).abs() < 1e-15));
+    assert!(
+        matches!(scene.dynamics, Dynamics::Overdamped { drag: Drag::Even(drag) } if (drag * 1.5 - 1.0).abs() < 1e-15)
+    );
     let bodies = scene.build().unwrap();
     assert!(relcp::step::contacts(&bodies, 0.0).is_empty());
     assert!((bodies.position.iter().sum::<glam::DVec3>()).length() < 1e-12);

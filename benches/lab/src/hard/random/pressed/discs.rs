@@ -8,7 +8,7 @@ use super::parts::{Closing, described, scene};
 use super::rows::THIN;
 use crate::hard::start::{Random, ellipsoid};
 use glam::DVec3;
-use relcp::scene::{Dynamics, Force, Scene, Wall};
+use relcp::scene::{Drag, Dynamics, Force, Scene, Wall};
 
 /// Discs.
 const COUNT: [f64; 2] = [1.0, 13.0];
@@ -66,7 +66,7 @@ fn fall(random: &mut Random, scene: &mut Scene, half: f64) {
         scene.dynamics = Dynamics::Inertial { density: 1.0, drag: None };
     }
     scene.forces.push(match scene.dynamics {
-        Dynamics::Overdamped { drag } => {
+        Dynamics::Overdamped { drag: Drag::Even(drag) } => {
             let force = 2.0 * drag * way / time * down;
             Force::Uniform { force: force.to_array(), group: None, window: None }
         }

@@ -4,7 +4,7 @@ use super::super::{Drawn, drive, room};
 use super::parts::{Closing, along, described, scene};
 use crate::hard::start::{Random, body, ellipsoid, moving, ring, rod, sphere};
 use glam::DVec3;
-use relcp::scene::{Body, Dynamics, Force, Scene, Wall};
+use relcp::scene::{Body, Drag, Dynamics, Force, Scene, Wall};
 use relcp::shape::Shape;
 
 /// Bodies of a tube.
@@ -125,7 +125,7 @@ fn drive_along(random: &mut Random, scene: &mut Scene, way: DVec3, radius: f64) 
     let aside = if scene.planar { aside.with_z(0.0) } else { aside };
     let towards = (way + random.either(0.5, DVec3::ZERO, aside)).normalize();
     match scene.dynamics {
-        Dynamics::Overdamped { drag } => {
+        Dynamics::Overdamped { drag: Drag::Even(drag) } => {
             let force = (drag * 2.0 * radius * step / dt * towards).to_array();
             scene.forces.push(Force::Uniform { force, group: None, window: None });
         }
