@@ -34,8 +34,11 @@ fn implicit_bonds_and_joints_move_as_on_the_cpu() {
 
 #[test]
 fn bonds_break_and_bear_on_a_device_as_on_the_cpu_and_resume_to_the_same_bits() {
-    for (law, planar) in [(overdamped(), true), (overdamped(), false), (inertial(), false)] {
-        let of = parse(&busy(&law, planar));
+    let cases = [(overdamped(), true), (overdamped(), false), (inertial(), false)];
+    for ((law, planar), rows) in cases.into_iter().flat_map(|case| ["auto", "paper"].map(|rows| (case.clone(), rows))) {
+        let mut of = busy(&law, planar);
+        of["contact"]["rows"] = json!(rows);
+        let of = parse(&of);
         let cpu = run(of.clone(), &Compute::Cpu).bodies;
         for compute in computes() {
             let whole = run(of.clone(), &compute);
@@ -44,7 +47,7 @@ fn bonds_break_and_bear_on_a_device_as_on_the_cpu_and_resume_to_the_same_bits() 
             assert!(pairs().all(|(a, b)| a.number == b.number) && whole.bodies.bonds.len() == cpu.bonds.len());
             let off = pairs().map(|(a, b)| a.force.distance(b.force)).fold(0.0, f64::max);
             let most = cpu.bonds.iter().map(|bond| bond.force.length()).fold(0.0, f64::max);
-            println!("{law} {planar}: tensions of up to {most:.3} within {off:.1e}");
+            println!("{law} {planar} {rows}: tensions of up to {most:.3} within {off:.1e}");
             assert!(off < 0.05 * most, "{law} {planar}: {off:e} of {most:e}");
             let resumed = in_two_parts(&of, &compute);
             assert_eq!(state_hash(&resumed), state_hash(&whole), "{law} {planar}");

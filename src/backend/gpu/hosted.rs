@@ -9,6 +9,7 @@ use super::lists::Lists;
 use super::parted::Parted;
 use super::row_set::RowSet;
 use super::solve::with_joined;
+use super::source::{NEAR, VIOLATING};
 use crate::backend::cpu::hosted::{Broken, DeviceRow, DeviceStart, Hosted, hosted};
 use crate::bodies::{Bodies, HeldBond};
 use crate::dynamics::BondName;
@@ -87,7 +88,7 @@ impl HostedRows {
         rows: &RowSet,
         (ahead, overlap): (bool, f64),
     ) -> Result<(), GpuError> {
-        let (pairs, made): (Vec<_>, Vec<_>) = read_rows(gpu, setup, lists, rows)?.into_iter().unzip();
+        let (pairs, made): (Vec<_>, Vec<_>) = read_rows(gpu, setup, lists, (rows, NEAR))?.into_iter().unzip();
         self.of_row = pairs.into_iter().enumerate().map(|(contact, pair)| RowOf { pair, contact }).collect();
         let made: Vec<DeviceRow> = made.into_iter().flatten().collect();
         if self.own.make_first(&made, ahead, overlap) {
@@ -111,7 +112,7 @@ impl HostedRows {
             old.entry(*pair).or_default().push_back(*contact);
         }
         let (mut of_row, mut appended) = (Vec::new(), Vec::new());
-        for (pair, made) in read_rows(gpu, setup, lists, rows)? {
+        for (pair, made) in read_rows(gpu, setup, lists, (rows, VIOLATING))? {
             let contact = match made {
                 Some(made) => {
                     appended.push(made);
@@ -283,41 +284,54 @@ impl Frictional {
     }
 }
 
-/// Reads all rows, in their order. Those that were made since the last call of [`RowSet::begin`] or
-/// [`RowSet::extend`] have a staged contact.
-fn read_rows(gpu: &Gpu, setup: &Setup, lists: &Lists, rows: &RowSet) -> Result<Vec<ReadRow>, GpuError> {
+/// Reads all rows, in their order. Those that were made since the last call of [`RowSet::begin`] or [`RowSet::extend`]
+/// come with their contacts. Of the paper's rows these are the last rows of pairs whose flag is at least the threshold.
+fn read_rows(
+    gpu: &Gpu,
+    setup: &Setup,
+    lists: &Lists,
+    (rows, threshold): (&RowSet, u32),
+) -> Result<Vec<ReadRow>, GpuError> {
     let (problem, pairs) = (&rows.problem, lists.pairs_count);
-    let Some(branches) = &rows.branches else { return Ok(Vec::new()) };
-    let staged = branches.staged();
     let of_rows = |element: usize| 0..problem.rows * element as u64;
+    let contacts = match &rows.branches {
+        Some(branches) => (branches.staged(), of_rows(branches.staged().element())),
+        None => (&lists.contacts, 0..pairs * lists.contacts.element() as u64),
+    };
     let read = gpu.record().read(&[
         (&lists.pairs, 0..8 * pairs),
         (&problem.block_start, 0..4 * (pairs + 1)),
-        (staged, of_rows(staged.element())),
+        contacts,
         (&problem.jacobian, of_rows(problem.jacobian.element())),
         (&problem.q, of_rows(problem.q.element())),
     ])?;
     let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
     let starts: Vec<u32> = bytemuck::pod_collect_to_vec(&read[1]);
-    let [staged, jacobian, q] = [2, 3, 4].map(|i| setup.precision.decode(&read[i]));
+    let [contacts, jacobian, q] = [2, 3, 4].map(|i| setup.precision.decode(&read[i]));
     let width = if setup.planar { 4 } else { 8 };
-    let row = |pair: [u32; 2], row: usize| {
-        let made = staged[12 * row + 11] as u32;
+    // The place of a branch and its contact, of a row that is new.
+    let made = |nth: usize, row: usize| {
+        let contact = |at: usize| &contacts[12 * at..12 * at + 12];
+        if rows.branches.is_some() {
+            return (contact(row)[11] as u32).checked_sub(1).map(|place| (place, contact(row)));
+        }
+        let is_new = row + 1 == starts[nth + 1] as usize && contact(nth)[11] as u32 >= threshold;
+        is_new.then(|| (0, contact(nth)))
+    };
+    let row = |nth: usize, row: usize| {
         let block = |side: usize| {
             let at = (2 * row + side) * width;
             std::array::from_fn(|k| if k / 3 * 4 < width { jacobian[at + k / 3 * 4 + k % 3] } else { 0.0 })
         };
-        (made > 0).then(|| device_row(pair, made - 1, &staged[12 * row..12 * row + 12], [block(0), block(1)], q[row]))
+        let row_of = |(place, contact)| device_row(pairs[nth], place, contact, [block(0), block(1)], q[row]);
+        (pairs[nth], made(nth, row).map(row_of))
     };
-    let of_pair = |(pair, range): (&[u32; 2], &[u32])| {
-        let pair = *pair;
-        (range[0] as usize..range[1] as usize).map(move |at| (pair, at))
-    };
-    let all = pairs.iter().zip(starts.windows(2)).flat_map(of_pair);
-    Ok(all.map(|(pair, at)| (pair, row(pair, at))).collect())
+    let of_pair = |(nth, range): (usize, &[u32])| (range[0]..range[1]).map(move |at| (nth, at as usize));
+    Ok(starts.windows(2).enumerate().flat_map(of_pair).map(|(nth, at)| row(nth, at)).collect())
 }
 
-/// A row of a pair's branch in this place, from its staged contact (`shaders/constraint/stage.wgsl`).
+/// A row of a pair's branch in this place, from its contact (`shaders/constraint/stage.wgsl`, and
+/// `shaders/separation/narrow.wgsl` for the paper's rows).
 fn device_row([a, b]: [u32; 2], place: u32, staged: &[f64], blocks: [[f64; SPATIAL]; 2], offset: f64) -> DeviceRow {
     let vector = |at: usize| DVec3::new(staged[at], staged[at + 1], staged[at + 2]);
     let found = Separation { separation: staged[3], normal: vector(0), lever_a: vector(4), lever_b: vector(8) };

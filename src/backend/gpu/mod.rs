@@ -47,10 +47,9 @@ mod verbs;
 mod walls;
 mod warm;
 
-use crate::backend::cpu::hosted::is_hosted;
 use crate::constraint::RowSource;
 use crate::gpu::{Gpu, GpuError, Made, Precision};
-use crate::step::{Model, Phases, Rows, State};
+use crate::step::{Model, Phases, State};
 pub use contacts::{contacts, wall_contacts};
 use effect::{EffectKernels, Effects};
 use first::First;
@@ -97,10 +96,6 @@ impl Device {
     /// # Errors
     /// [`GpuError::Unsupported`] for features that only the CPU has.
     pub fn check(model: &Model) -> Result<(), GpuError> {
-        if is_hosted(model) && model.contact.rows_of_method() == Rows::Paper {
-            let what = "friction, restitution and implicit bonds with the paper's rows";
-            return Err(GpuError::Unsupported { what: what.into() });
-        }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
             RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),
