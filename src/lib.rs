@@ -99,6 +99,7 @@ pub mod dynamics;
 mod error;
 #[cfg(feature = "files")]
 pub mod export;
+pub mod fields;
 #[cfg(feature = "files")]
 pub mod figure;
 mod fixed;

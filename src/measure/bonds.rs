@@ -226,7 +226,7 @@ mod tests {
     }
 
     fn found(bodies: Bodies) -> Found {
-        let state = Snapshot { step: 1, time: 0.0, bodies, warm: None, removed: Vec::new() };
+        let state = Snapshot { step: 1, time: 0.0, bodies, warm: None, removed: Vec::new(), fields: Vec::new() };
         let frame = Frame::of_scene(&Scene::new("chain", Time::new(0.1, 1.0)), "a test".into());
         OfBonds.of(&View::new(&state, &frame, &Settings::default())).unwrap()
     }

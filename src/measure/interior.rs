@@ -1,13 +1,12 @@
-//! The interior of a body: its farthest point in a direction, points that represent equal parts of it, and the area of
-//! its section with the plane of a planar run.
+//! The interior of a body: its farthest point in a direction, and points that represent equal parts of it.
 //!
 //! The points of rods, spheres and ellipsoids are those of a Halton sequence in the body's box that are inside the body
 //! (J. H. Halton, Numer. Math. 2, 84 (1960)); those of a ring are on its centreline.
 
 use crate::separation::point_to_convex;
-use crate::shape::{Centreline, Convex, Geometry, Shape};
+use crate::shape::{Centreline, Geometry, Shape};
 use glam::{DQuat, DVec3};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 /// The number of sample points per body. In a colony of 512 cells the filled part of rings with the width of one
@@ -83,48 +82,6 @@ fn halton(mut k: usize, base: usize) -> f64 {
     2.0 * value - 1.0
 }
 
-/// Area of the section of a body with its plane of symmetry.
-pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
-    let upright = (orientation * DVec3::Z).z.abs() > 0.5;
-    match shape.geometry() {
-        Geometry::Centreline { curve: Centreline::Point, radius } => PI * radius * radius,
-        Geometry::Centreline { curve: Centreline::Segment { half }, radius } => {
-            let diameter = 2.0 * radius;
-            let disc = 0.25 * PI * diameter * diameter;
-            if upright { disc } else { disc + diameter * (2.0 * half) }
-        }
-        Geometry::Ellipsoid { radii } => {
-            let across = DVec3::AXES.map(|axis| (orientation * axis).z.abs());
-            let k = (0..3).max_by(|i, j| across[*i].total_cmp(&across[*j])).unwrap_or(2);
-            PI * radii[(k + 1) % 3] * radii[(k + 2) % 3]
-        }
-        Geometry::Centreline { curve: Centreline::Circle { radius: ring }, radius } => {
-            if upright {
-                4.0 * PI * ring * radius
-            } else {
-                TAU * radius * radius
-            }
-        }
-        Geometry::Convex(shape) => section_of_convex(shape, orientation),
-    }
-}
-
-/// The number of normals for the integral over a custom shape's section. The integrand is periodic: the area of an
-/// ellipse of aspect ratio 50 is exact to 1e-6.
-const NORMALS: usize = 1024;
-
-/// The body is symmetric in the plane, so the points with normals in the plane are the outline of its section: with the
-/// support function `h` of the angle the area is half the integral of `h^2 - h'^2`.
-fn section_of_convex(shape: Convex, orientation: DQuat) -> f64 {
-    let part = |k: usize| {
-        let angle = TAU * k as f64 / NORMALS as f64;
-        let normal = DVec3::new(angle.cos(), angle.sin(), 0.0);
-        let point = orientation * shape.point(orientation.inverse() * normal);
-        point.dot(normal).powi(2) - point.dot(DVec3::new(-normal.y, normal.x, 0.0)).powi(2)
-    };
-    PI / NORMALS as f64 * (0..NORMALS).map(part).sum::<f64>()
-}
-
 /// The body's farthest point along a unit vector, from its centre.
 pub(super) fn support(shape: &Shape, orientation: DQuat, normal: DVec3) -> DVec3 {
     let axis = orientation * DVec3::Z;
@@ -149,7 +106,8 @@ pub(super) fn support(shape: &Shape, orientation: DQuat, normal: DVec3) -> DVec3
 mod tests {
     use super::*;
     use crate::separation::farthest;
-    use std::f64::consts::FRAC_PI_2;
+    use crate::shape::Convex;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     fn lying() -> DQuat {
         DQuat::from_rotation_z(0.7) * DQuat::from_rotation_y(FRAC_PI_2)
@@ -158,14 +116,14 @@ mod tests {
     #[test]
     fn sections_are_those_of_the_plane() {
         let rod = Shape::Spherocylinder { diameter: 1.0, length: 3.0 };
-        assert!((section(&rod, lying()) - (2.0 + 0.25 * PI)).abs() < 1e-15);
-        assert!((section(&rod, DQuat::IDENTITY) - 0.25 * PI).abs() < 1e-15);
+        assert!((rod.section(lying()) - (2.0 + 0.25 * PI)).abs() < 1e-15);
+        assert!((rod.section(DQuat::IDENTITY) - 0.25 * PI).abs() < 1e-15);
         let egg = Shape::Ellipsoid { radii: [1.0, 2.0, 3.0] };
-        assert!((section(&egg, DQuat::IDENTITY) - 2.0 * PI).abs() < 1e-15);
-        assert!((section(&egg, lying()) - 6.0 * PI).abs() < 1e-14);
+        assert!((egg.section(DQuat::IDENTITY) - 2.0 * PI).abs() < 1e-15);
+        assert!((egg.section(lying()) - 6.0 * PI).abs() < 1e-14);
         let ring = Shape::Torus { major_radius: 2.0, minor_radius: 0.5 };
-        assert!((section(&ring, DQuat::IDENTITY) - PI * (2.5_f64.powi(2) - 1.5_f64.powi(2))).abs() < 1e-14);
-        assert!((section(&ring, lying()) - 2.0 * PI * 0.25).abs() < 1e-15);
+        assert!((ring.section(DQuat::IDENTITY) - PI * (2.5_f64.powi(2) - 1.5_f64.powi(2))).abs() < 1e-14);
+        assert!((ring.section(lying()) - 2.0 * PI * 0.25).abs() < 1e-15);
     }
 
     #[test]
@@ -174,11 +132,11 @@ mod tests {
         let custom = Convex::new(move |n: DVec3| radii * radii * n / (radii * n).length()).unwrap();
         let (custom, own) = (Shape::Convex(custom), Shape::Ellipsoid { radii: radii.to_array() });
         for turn in [DQuat::IDENTITY, lying()] {
-            assert!((section(&custom, turn) / section(&own, turn) - 1.0).abs() < 1e-14);
+            assert!((custom.section(turn) / own.section(turn) - 1.0).abs() < 1e-14);
         }
         let flat = DVec3::new(1.0, 50.0, 50.0);
         let flat = Shape::Convex(Convex::new(move |n: DVec3| flat * flat * n / (flat * n).length()).unwrap());
-        let off = section(&flat, DQuat::IDENTITY) / (50.0 * PI) - 1.0;
+        let off = flat.section(DQuat::IDENTITY) / (50.0 * PI) - 1.0;
         assert!(off.abs() < 1e-6, "{off:e}");
         for from in [DVec3::new(3.0, -1.0, 2.0), DVec3::new(0.0, 0.3, 0.1), DVec3::ZERO, DVec3::X * 9.0] {
             let far = |shape: &Shape| farthest(shape, DVec3::new(1.0, 2.0, 3.0), lying(), from);

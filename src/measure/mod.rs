@@ -24,6 +24,7 @@ mod correlation;
 mod density;
 mod dissipation;
 mod error;
+mod fields;
 mod force_chains;
 mod frame;
 mod friction;
@@ -221,7 +222,7 @@ pub trait Measure: Sync {
 }
 
 /// The measures. To add one, write its file and list it here.
-pub static ALL: [&dyn Measure; 20] = [
+pub static ALL: [&dyn Measure; 21] = [
     &nematic::Nematic,
     &correlation::Correlation,
     &radius::Radius,
@@ -234,6 +235,7 @@ pub static ALL: [&dyn Measure; 20] = [
     &force_chains::ForceChains,
     &friction::Friction,
     &walls::OnWalls,
+    &fields::OfFields,
     &bonds::OfBonds,
     &microdomains::Microdomains,
     &dissipation::Dissipation,

@@ -47,6 +47,7 @@ fn state(bodies: Bodies, forces: Option<&[([u32; 2], f64)]>) -> Snapshot {
         bodies,
         warm: forces.map(|forces| forces.iter().map(warm).collect()),
         removed: Vec::new(),
+        fields: Vec::new(),
     }
 }
 

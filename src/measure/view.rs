@@ -1,6 +1,6 @@
 //! A state with the data that several measures need, computed once.
 
-use super::{Frame, LeftOut, Settings, axis, interior};
+use super::{Frame, LeftOut, Settings, axis};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::dynamics::virial_of_wall;
@@ -36,7 +36,7 @@ impl<'a> View<'a> {
         let bodies = &state.bodies;
         let each = || bodies.shape.par_iter().zip(&bodies.orientation);
         let volume = |(shape, q): (&crate::shape::Shape, &glam::DQuat)| match frame.planar {
-            true => interior::section(shape, *q),
+            true => shape.section(*q),
             false => shape.volume(),
         };
         View {

@@ -1,6 +1,7 @@
 //! Conversion of Rust data to numpy arrays, and of documents to dicts. All arrays are copies that a later step does not
 //! change. They are read-only, as writing to a copy would change no simulation.
 
+use crate::fields::Concentration;
 use glam::DVec3;
 use numpy::ndarray::Dimension;
 use numpy::{Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -40,6 +41,18 @@ fn read_only<T: Element, D: Dimension>(array: Bound<'_, PyArray<T, D>>) -> Bound
 pub(super) fn table<T: Element, const N: usize>(py: Python<'_>, rows: Vec<[T; N]>) -> PyResult<Bound<'_, PyArray2<T>>> {
     let shape = [rows.len(), N];
     rows.into_flattened().into_pyarray(py).reshape(shape).map(read_only)
+}
+
+/// The concentrations of fields by name, each indexed by x, y and z.
+pub(super) fn fields<'py>(py: Python<'py>, fields: &[Concentration]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for of in fields {
+        // x is fastest.
+        let [x, y, z] = of.grid.cells.map(|count| count as usize);
+        let array = of.values.clone().into_pyarray(py).reshape([z, y, x])?;
+        dict.set_item(&of.name, read_only(array.transpose()?))?;
+    }
+    Ok(dict)
 }
 
 /// Vectors as rows.

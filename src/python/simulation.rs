@@ -1,6 +1,6 @@
 //! A simulation: steps with the interpreter's lock released, and copied arrays.
 
-use super::arrays::{column, json, named, table, vectors};
+use super::arrays::{self, column, json, named, table, vectors};
 use super::bodies::{self, Column, Table};
 use super::bonds::{Bonds, Held};
 use super::change::{bodies as bodies_of, refused, setting, which};
@@ -180,6 +180,7 @@ impl PySimulation {
                     bodies: state.bodies.clone(),
                     warm: Some(state.warm.clone()),
                     removed: state.removed.clone(),
+                    fields: state.fields.clone(),
                 };
                 (simulation.scene().clone(), snapshot)
             })
@@ -765,6 +766,15 @@ impl PySimulation {
             session.compute(|simulation| simulation.state().map(|state| Held::of(&state.bodies)))
         })?;
         Bonds::new(py, held.map_err(fault)?)
+    }
+
+    /// The concentrations of the scene's fields by name, each indexed by x, y and z.
+    #[getter]
+    fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let found = self.compute(py, |session| {
+            session.compute(|simulation| simulation.state().map(|state| state.fields.clone()))
+        })?;
+        arrays::fields(py, &found.map_err(fault)?)
     }
 
     /// The summary of the run so far, with the keys of the program's `summary.json`; `final_max_overlap` is computed

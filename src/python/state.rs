@@ -1,6 +1,6 @@
 //! A recorded state: the arrays of its bodies, and what is computed from it.
 
-use super::arrays::column;
+use super::arrays::{self, column};
 use super::bodies::{Column, PyBodies};
 use super::bonds::{Bonds, Held};
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts, is_smooth};
@@ -8,6 +8,7 @@ use super::error::rendered;
 use super::measure;
 use super::picture::{self, Look, Picture};
 use super::work::quietly;
+use crate::fields::Concentration;
 use crate::record::{Snapshot, TOUCHING};
 use crate::render::{still, still_file};
 use crate::scene::Scene;
@@ -27,25 +28,26 @@ pub(super) struct PyState {
     scene: Arc<Scene>,
     step: u64,
     removed: Vec<u64>,
+    fields: Vec<Concentration>,
     has_forces: bool,
 }
 
 impl PyState {
     /// A state of a run of `scene`.
     pub fn new(scene: Arc<Scene>, state: Snapshot) -> PyClassInitializer<Self> {
-        let Snapshot { step, time, bodies, warm, removed } = state;
+        let Snapshot { step, time, bodies, warm, removed, fields } = state;
         let has_forces = warm.is_some();
         let names = scene.group_names().into();
         let base = PyBodies::new(bodies, time, warm.unwrap_or_default(), names);
-        PyClassInitializer::from(base).add_subclass(PyState { scene, step, removed, has_forces })
+        PyClassInitializer::from(base).add_subclass(PyState { scene, step, removed, fields, has_forces })
     }
 
     /// A copy of it as it was recorded.
     fn snapshot(slf: &PyRef<'_, Self>) -> Snapshot {
         let base = slf.as_super();
         let warm = slf.has_forces.then(|| base.warm.clone());
-        let (step, removed) = (slf.step, slf.removed.clone());
-        Snapshot { step, time: base.time, bodies: base.bodies.clone(), warm, removed }
+        let (step, removed, fields) = (slf.step, slf.removed.clone(), slf.fields.clone());
+        Snapshot { step, time: base.time, bodies: base.bodies.clone(), warm, removed, fields }
     }
 
     /// The scene with its changes before this state.
@@ -129,6 +131,12 @@ impl PyState {
     #[getter]
     fn bonds(slf: PyRef<'_, Self>) -> PyResult<Bonds> {
         Bonds::new(slf.py(), Held::of(&slf.as_super().bodies))
+    }
+
+    /// The concentrations of the scene's fields by name, each indexed by x, y and z.
+    #[getter]
+    fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        arrays::fields(py, &self.fields)
     }
 
     /// A measure of this state by its name, as `Simulation.measure`.

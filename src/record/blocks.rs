@@ -21,6 +21,9 @@ const OWN_GROWTH: [&str; 2] = ["own_rate", "own_division_length"];
 /// The named columns of bodies, one after the other, in the order of their names in the header.
 const COLUMNS: &str = "columns";
 
+/// The concentrations of all fields, one after the other, in the order of the header.
+const FIELDS: &str = "fields";
+
 /// The friction forces of near pairs, where there are any.
 const TANGENT: &str = "warm_tangent";
 
@@ -254,10 +257,18 @@ pub(super) fn read_unrounded(source: &mut Archive, kind: [f64; 3], rows: usize) 
     Ok(Unrounded { kind, bodies })
 }
 
+/// Reads the concentrations of all fields.
+pub(super) fn read_concentrations(source: &mut Archive, rows: usize) -> Result<Vec<f64>, StateError> {
+    Ok(sane(FIELDS, source.f64s::<1>(FIELDS, rows)?)?.into_iter().map(|[value]| value).collect())
+}
+
 /// All arrays of a state, with those of its near pairs if requested.
 pub(super) fn blocks(state: &State, with_warm: bool) -> Vec<Block> {
     let mut blocks = body_blocks(&state.bodies);
     blocks.extend(bond_blocks(&state.bodies.bonds, with_warm));
+    if !state.fields.is_empty() {
+        blocks.push(f64s(FIELDS, state.fields.iter().flat_map(|of| &of.values).map(|value| [*value])));
+    }
     if with_warm {
         blocks.extend(warm_blocks(&state.warm));
     }

@@ -21,8 +21,8 @@
 //! `json.loads(bytes(state["header"]))`.
 
 use super::blocks::{
-    blocks, has_friction, has_tangents, read_bodies, read_broken_bonds, read_columns, read_unrounded, read_warm,
-    unrounded_blocks,
+    blocks, has_friction, has_tangents, read_bodies, read_broken_bonds, read_columns, read_concentrations,
+    read_unrounded, read_warm, unrounded_blocks,
 };
 use super::durable;
 use super::error::{RecordError, StateError};
@@ -30,6 +30,7 @@ use super::held::read_bonds;
 use super::npz::{Archive, MAGIC, write};
 use super::totals::Totals;
 use crate::bodies::Bodies;
+use crate::fields::{Concentration, Grid};
 use crate::periodic::{Periods, Tilt};
 use crate::scene::LARGEST_NUMBER;
 use crate::step::State;
@@ -40,8 +41,8 @@ use std::path::Path;
 
 /// The name of the format, in a file's header.
 pub const FORMAT: &str = "relcp-state";
-/// The newest version that this program knows: that of states whose bodies have values of their own. It reads versions
-/// up to it. Version 1 had its header as `header.json`.
+/// The newest version that this program knows: that of states with fields, or whose bodies have values of their own. It
+/// reads versions up to it. Version 1 had its header as `header.json`.
 pub const VERSION: u64 = 4;
 /// The version of other states with friction forces.
 const WITH_FRICTION: u64 = 3;
@@ -53,6 +54,8 @@ const LEAST_KNOWN: f64 = 0.1;
 const LEAST_ROW: u64 = 8;
 /// The same for a broken bond.
 const LEAST_BOND: u64 = 4;
+/// The same for a cell of a field.
+const LEAST_VALUE: u64 = 8;
 
 /// The header of a state file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,12 +103,24 @@ pub struct Header {
     /// The names of the columns that bodies have of their own, ascending; absent without any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub columns: Vec<String>,
+    /// The fields, in the order of their names; absent without any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<FieldHeader>,
     /// The kind of a device's additional numbers; only in a checkpoint of a device.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<[f64; 3]>,
     /// The totals of the run so far; only in a checkpoint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub totals: Option<Totals>,
+}
+
+/// A field of a state. Its concentrations are in the array `fields`, after those of the fields before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FieldHeader {
+    /// The name of the field.
+    pub name: String,
+    /// Its grid.
+    pub grid: Grid,
 }
 
 /// The bytes of a state of the scene with hash `scene`, at `time`. With `totals` it is a checkpoint.
@@ -145,7 +160,10 @@ fn pack(
     }
     let header = Header {
         format: FORMAT.into(),
-        version: match (state.bodies.columns.is_empty(), with_warm && has_friction(&state.warm)) {
+        version: match (
+            state.bodies.columns.is_empty() && state.fields.is_empty(),
+            with_warm && has_friction(&state.warm),
+        ) {
             (false, _) => VERSION,
             (true, true) => WITH_FRICTION,
             (true, false) => PLAIN,
@@ -165,6 +183,7 @@ fn pack(
         removed: state.removed.clone(),
         changed: state.changed,
         columns: state.bodies.columns.named().map(|(name, _)| name.to_owned()).collect(),
+        fields: state.fields.iter().map(|of| FieldHeader { name: of.name.clone(), grid: of.grid }).collect(),
         device: if totals.is_some() { state.unrounded.as_ref().map(|unrounded| unrounded.kind) } else { None },
         totals: totals.cloned(),
     };
@@ -218,10 +237,30 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
         bodies: Bodies { periods, planar: header.planar, ..bodies },
         removed: header.removed.clone(),
         changed: header.changed,
+        fields: read_fields(&mut archive, &header, bytes.len() as u64)?,
         warm: if warm > 0 { read_warm(&mut archive, [warm as usize, rows], friction)? } else { Vec::new() },
         unrounded: header.device.map(|kind| read_unrounded(&mut archive, kind, rows)).transpose()?,
     };
     Ok((header, state))
+}
+
+/// The fields of a state, whose header may claim anything.
+fn read_fields(archive: &mut Archive, header: &Header, bytes: u64) -> Result<Vec<Concentration>, StateError> {
+    if header.fields.is_empty() {
+        return Ok(Vec::new());
+    }
+    let count = |of: &FieldHeader| of.grid.cells.iter().map(|count| u64::from(*count)).fold(1, u64::saturating_mul);
+    let all = header.fields.iter().map(count).fold(0, u64::saturating_add);
+    if all > bytes / LEAST_VALUE {
+        return Err(StateError::damaged("the header", "it claims more cells of fields than the file can hold"));
+    }
+    let mut values = read_concentrations(archive, all as usize)?.into_iter();
+    let field = |of: &FieldHeader| Concentration {
+        name: of.name.clone(),
+        grid: of.grid,
+        values: values.by_ref().take(count(of) as usize).collect(),
+    };
+    Ok(header.fields.iter().map(field).collect())
 }
 
 /// The periods of a state's space. In every state that a run writes, bodies are at most half as long as the shortest

@@ -41,7 +41,9 @@ mod tests;
 mod totals;
 
 pub use contacts::{ContactForce, TOUCHING, contacts};
-pub use container::{FORMAT, Header, VERSION, decode, encode, encode_with_forces, read_state, write_state};
+pub use container::{
+    FORMAT, FieldHeader, Header, VERSION, decode, encode, encode_with_forces, read_state, write_state,
+};
 pub use difference::{all_differing_keys, differing_keys};
 pub use earlier::{EarlierRun, EarlierState};
 pub use error::{LcpFileError, RecordError, StateError, StatesError};

@@ -3,6 +3,7 @@
 use super::error::StatesError;
 use super::{Folder, read_state};
 use crate::bodies::Bodies;
+use crate::fields::Concentration;
 use crate::scene::{self, Scene};
 use crate::step::State;
 use crate::warm::Warm;
@@ -27,6 +28,8 @@ pub struct Snapshot {
     pub warm: Option<Vec<Warm>>,
     /// The number of bodies that each rule of the scene's `removal` has removed; empty before the first removal.
     pub removed: Vec<u64>,
+    /// The concentrations of the scene's fields.
+    pub fields: Vec<Concentration>,
 }
 
 impl Snapshot {
@@ -35,7 +38,9 @@ impl Snapshot {
         match self.bodies.wrapped() {
             Cow::Borrowed(_) => Cow::Borrowed(self),
             Cow::Owned(bodies) => {
-                Cow::Owned(Snapshot { bodies, warm: self.warm.clone(), removed: self.removed.clone(), ..*self })
+                let Snapshot { step, time, .. } = *self;
+                let Snapshot { warm, removed, fields, .. } = self.clone();
+                Cow::Owned(Snapshot { step, time, bodies, warm, removed, fields })
             }
         }
     }
@@ -88,7 +93,8 @@ impl States {
         }
         let scene = Scene::load(path, scene::NO_OVERRIDES)?;
         let (time, bodies) = (scene.time.start, scene.build()?);
-        let snapshot = Snapshot { step: 0, time, bodies, warm: None, removed: Vec::new() };
+        let fields = scene.fields().start(&[]);
+        let snapshot = Snapshot { step: 0, time, bodies, warm: None, removed: Vec::new(), fields };
         Ok(States {
             name: stem(path),
             planar: Some(scene.planar),
@@ -102,7 +108,8 @@ impl States {
     /// use relcp::record::{Snapshot, States};
     /// use relcp::Scene;
     /// let bodies = Scene::built_in("three-capsules")?.build()?;
-    /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None, removed: Vec::new() });
+    /// let (removed, fields) = (Vec::new(), Vec::new());
+    /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None, removed, fields });
     /// assert_eq!((states.len(), states.read(0)?.bodies.len()), (1, 3));
     /// # Ok::<(), relcp::Error>(())
     /// ```
@@ -127,6 +134,7 @@ impl States {
                         bodies: state.bodies,
                         warm: header.warm.map(|_| state.warm),
                         removed: state.removed,
+                        fields: state.fields,
                     };
                     held = Some(Entry::Held { origin: checkpoint.display().to_string(), snapshot: Box::new(snapshot) });
                 }
@@ -227,10 +235,10 @@ impl States {
             Entry::File(path) => {
                 let (header, mut state) = read_state(path)?;
                 let warm = header.warm.map(|_| std::mem::take(&mut state.warm));
-                let State { mut bodies, removed, .. } = state;
+                let State { mut bodies, removed, fields, .. } = state;
                 // A file of an older program lacks this flag.
                 bodies.planar |= self.planar == Some(true);
-                Ok(Cow::Owned(Snapshot { step: header.step, time: header.time, bodies, warm, removed }))
+                Ok(Cow::Owned(Snapshot { step: header.step, time: header.time, bodies, warm, removed, fields }))
             }
         }
     }

@@ -4,6 +4,7 @@
 use super::npz::{Block, Data, write};
 use super::*;
 use crate::bodies::{Bodies, Columns, HeldBond, Lineage, NO_GROUP};
+use crate::fields::Concentration;
 use crate::periodic::Periods;
 use crate::shape::Shape;
 use crate::step::{State, Unrounded, UnroundedBody};
@@ -73,7 +74,11 @@ fn state() -> State {
     let cells = [[i32::MIN, -1, 0], [1, 2, 3], [0; 3], [i32::MAX, 5, -6]];
     let of_device = |(i, cell)| UnroundedBody::from_numbers(cell, std::array::from_fn(|k| at(i + k)));
     let unrounded = Unrounded { kind: [4.0, 1.0 / 1024.0, 0.0], bodies: (0..).zip(cells).map(of_device).collect() };
-    State { step: 41, next_id: 99, bodies, warm, removed: vec![3, 0], changed: true, unrounded: Some(unrounded) }
+    let grid = crate::fields::Grid { cells: [2, 3, 1], spacing: 0.25, center: [0.1, -1.0, 0.0] };
+    let concentration = |name: &str| Concentration { name: name.into(), grid, values: (0..6).map(at).collect() };
+    let fields = vec![concentration("food"), concentration("waste")];
+    let (removed, unrounded) = (vec![3, 0], Some(unrounded));
+    State { step: 41, next_id: 99, bodies, warm, removed, changed: true, fields, unrounded }
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! The background of a picture: the walls at that time, and the periodic cell.
+//! The background of a picture: the walls at that time, the periodic cell, and in a planar picture the scene's first
+//! field.
 //!
 //! In a planar picture, the distance from the walls' own surfaces is evaluated at every pixel without a body, so a wall
 //! of any kind is drawn where bodies meet it, and the outside is grey. In other pictures walls are lines behind the
@@ -7,6 +8,7 @@
 use super::image::Image;
 use super::{Camera, View};
 use crate::bodies::Bodies;
+use crate::fields::{Border, Concentration, Field};
 use crate::periodic::{Periodic, Periods};
 use crate::scene::Scene;
 use crate::walls::{Line, Wall, Walls, edges};
@@ -21,6 +23,19 @@ const HALF_LINE: f64 = 1.0 / 900.0;
 const OUTSIDE: f64 = 0.14;
 const IN_SPACE: f64 = 0.55;
 
+/// The colour of the largest concentration of a field, and the part of it in that place.
+const OF_FIELD: [u8; 3] = [38, 139, 160];
+const FULL: f64 = 0.55;
+
+/// A field that is drawn.
+#[derive(Clone, Debug)]
+pub(crate) struct DrawnField {
+    of: Concentration,
+    /// The concentration with the full colour.
+    most: f64,
+    periodic: [bool; 3],
+}
+
 /// The background of a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Backdrop {
@@ -34,6 +49,9 @@ pub(crate) struct Backdrop {
     pub time: f64,
     /// The names of the scene's groups.
     pub groups: Vec<String>,
+    /// The largest concentration of the first field that the scene names, in its borders or at the start.
+    most_named: f64,
+    field: Option<DrawnField>,
 }
 
 impl Backdrop {
@@ -41,7 +59,18 @@ impl Backdrop {
     pub fn of(scene: &Scene) -> Self {
         let (time, cell) = (scene.time.start, scene.periodic);
         let (walls, periods, groups) = (scene.walls(), scene.periods(), scene.group_names());
-        Backdrop { walls, periods, scene_walls: scene.walls.clone(), cell, time, groups }
+        let most_named = scene.fields.values().next().map_or(0.0, largest);
+        Backdrop { walls, periods, scene_walls: scene.walls.clone(), cell, time, groups, most_named, field: None }
+    }
+
+    /// That of a state at a time, with these concentrations.
+    pub fn of_state(&self, time: f64, fields: &[Concentration]) -> Backdrop {
+        let periodic = self.periods.lengths().map(|length| length.is_some());
+        let field = fields.first().map(|of| {
+            let most = of.values.iter().copied().fold(self.most_named, f64::max);
+            DrawnField { of: of.clone(), most, periodic }
+        });
+        Backdrop { field, ..self.at(time) }
     }
 
     /// The same at another time.
@@ -52,7 +81,7 @@ impl Backdrop {
 
     /// Draws it behind the bodies of a picture.
     pub fn draw(&self, image: &mut Image, view: &View, camera: &Camera, ink: [u8; 3], paper: [u8; 3]) {
-        if self.walls.is_empty() && self.periods.is_none() {
+        if self.walls.is_empty() && self.periods.is_none() && self.field.is_none() {
             return;
         }
         if !view.planar || camera.toward != DVec3::Z {
@@ -68,12 +97,23 @@ impl Backdrop {
                 let point = camera.centre + camera.to_space(DVec3::new(right, up, 0.0) / scale);
                 let point = point.with_z(0.0);
                 let (inside, edge) = (scale * self.inside(point), scale * self.edge(point));
+                self.tint(pixel, point);
                 let line = |distance: f64| (half_line + 0.5 - distance).clamp(0.0, 1.0);
                 let grey = OUTSIDE * (0.5 - inside).clamp(0.0, 1.0);
                 let part = grey.max(line(inside.abs())).max(0.5 * line(edge));
-                mix(pixel, ink, paper, part);
+                let below = [pixel[0], pixel[1], pixel[2]];
+                mix(pixel, ink, below, part);
             }
         });
+    }
+
+    /// Tints a pixel by the concentration at its point.
+    fn tint(&self, pixel: &mut [u8], point: DVec3) {
+        let Some(DrawnField { of, most, periodic }) = &self.field else { return };
+        if *most > 0.0 && of.grid.holds_in_plane(point) {
+            let below = [pixel[0], pixel[1], pixel[2]];
+            mix(pixel, OF_FIELD, below, FULL * of.grid.at(&of.values, point, *periodic) / most);
+        }
     }
 
     /// Draws it as lines.
@@ -151,6 +191,15 @@ impl Backdrop {
         let axes = self.periods.lengths().into_iter().zip(point.to_array()).take(2);
         axes.filter_map(|(length, x)| Some((x.abs() - 0.5 * length?).abs())).fold(f64::INFINITY, f64::min)
     }
+}
+
+/// The largest concentration that a field's settings name.
+fn largest(field: &Field) -> f64 {
+    let at_borders = field.boundary.each().into_iter().flatten().map(|border| match border {
+        Border::Value(value) => value,
+        Border::Closed => 0.0,
+    });
+    at_borders.chain(field.values.iter().copied()).fold(field.initial, f64::max)
 }
 
 /// Mixes a part of ink into paper.

@@ -90,7 +90,8 @@ fn painter<'a>(scene: &Scene, states: &'a States, frames: &'a Frames) -> Painter
 /// use relcp::record::Snapshot;
 /// use relcp::render::{Frames, still};
 /// let scene = Scene::built_in("three-capsules")?;
-/// let state = Snapshot { step: 0, time: 0.0, bodies: scene.build()?, warm: None, removed: Vec::new() };
+/// let (bodies, removed, fields) = (scene.build()?, Vec::new(), Vec::new());
+/// let state = Snapshot { step: 0, time: 0.0, bodies, warm: None, removed, fields };
 /// let image = still(&scene, state, &Frames { size: [120, 80], ..Frames::default() })?;
 /// assert_eq!((image.width(), image.height()), (120, 80));
 /// # Ok::<(), relcp::Error>(())

@@ -55,6 +55,7 @@ impl Measures {
             bodies: state.bodies.clone(),
             warm: Some(state.warm.clone()),
             removed: state.removed.clone(),
+            fields: state.fields.clone(),
         };
         let view = View::new(&snapshot, &self.frame, &self.settings);
         let of = |measure: &&'static dyn Measure| {

@@ -448,9 +448,11 @@ impl Run {
         let view = View { width, height, planar: self.simulation.scene().planar, ..View::default() };
         let path = self.folder.picture();
         let mut bytes = Vec::new();
-        let bodies = self.simulation.state()?.bodies.wrapped();
+        let state = self.simulation.state()?;
+        let bodies = state.bodies.wrapped();
         let mut image = picture(&bodies, &view);
-        Backdrop::of(self.simulation.scene()).at(self.simulation.time()).behind(&mut image, &view, &bodies);
+        let backdrop = Backdrop::of(self.simulation.scene());
+        backdrop.of_state(self.simulation.time(), &state.fields).behind(&mut image, &view, &bodies);
         image.encode(&mut bytes).map_err(RecordError::io(&path, "pack it"))?;
         Ok(durable::write(&path, &bytes)?)
     }

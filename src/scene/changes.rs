@@ -62,6 +62,9 @@ const SETTLED_OF_BONDS: [&str; 2] = ["bodies", "at"];
 /// The same of a joint, after its number and its name.
 const SETTLED_OF_JOINTS: [&str; 4] = ["bodies", "at", "axis", "rest"];
 
+/// The same of a field, after its name.
+const SETTLED_OF_FIELDS: [&str; 5] = ["cells", "spacing", "center", "initial", "values"];
+
 /// Keys of the run as a whole, which a change within it cannot set.
 const OF_RUN: [&str; 6] = ["name", "time.end", "output", "removal", "changes", "solver.dump"];
 
@@ -81,7 +84,13 @@ pub(crate) fn is_settled(key: &str) -> bool {
         let of = key.splitn(3, '.').nth(2).unwrap_or_default();
         of.is_empty() || SETTLED_OF_JOINTS.iter().any(|settled| is_in(of, settled))
     };
+    let of_field = |key: &str| {
+        let of = key.split_once('.').unwrap_or_default().1;
+        of.is_empty() || SETTLED_OF_FIELDS.iter().any(|settled| is_in(of, settled))
+    };
     SETTLED.iter().any(|settled| is_in(key, settled))
+        || key == "fields"
+        || key.strip_prefix("fields.").is_some_and(of_field)
         || key == "joints"
         || key.strip_prefix("joints.").is_some_and(of_joint)
         || key == "bonds"

@@ -45,6 +45,7 @@ pub use crate::dynamics::{
     Bending, Bond, DaughterBond, DivisionRule, Drag, Dynamics, Flow, Force, Frame, Growth, Joint, OnNoRoom, Stop,
     StopReason, Thermal, Window,
 };
+pub use crate::fields::{Border, Borders, Exchange, Field, Nutrient};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::{Axis, CellShear, Periodic};
 pub use crate::removal::Removal;
@@ -151,6 +152,10 @@ pub struct Scene {
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
     #[cfg_attr(feature = "files", schemars(with = "crate::dynamics::growth::one_or_list::GrowthSchema"))]
     pub growth: Vec<Growth>,
+    /// Concentrations on grids, by their names: they diffuse and decay, bodies take them up and secrete them, and cells
+    /// may grow by them.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "BTreeMap::is_empty"))]
+    pub fields: BTreeMap<String, Field>,
     /// How bodies are removed: outside or inside a region, or by death. A run then writes `lineage.csv`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub removal: Vec<Removal>,
@@ -193,6 +198,7 @@ impl Scene {
             walls: Vec::default(),
             periodic: None,
             growth: Vec::default(),
+            fields: BTreeMap::default(),
             removal: Vec::default(),
             bodies: Vec::default(),
             groups: BTreeMap::default(),
@@ -326,7 +332,7 @@ impl From<BodyLineage> for Lineage {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 20] = [
+pub(crate) const MEASURES: [&str; 21] = [
     "nematic",
     "correlation",
     "radius",
@@ -339,6 +345,7 @@ pub(crate) const MEASURES: [&str; 20] = [
     "force_chains",
     "friction",
     "walls",
+    "fields",
     "bonds",
     "microdomains",
     "dissipation",

@@ -9,6 +9,7 @@ use crate::bodies::{Bodies, HeldBond};
 use crate::constraint::friction::Coefficients;
 use crate::dynamics::bonds::daughters::held_daughters;
 use crate::dynamics::{Bonds, Cells, Heat, Strain, Stream, draw};
+use crate::fields::Fields;
 use crate::fixed::Fixed;
 use crate::gpu::Precision;
 use crate::lcp::Settings;
@@ -206,7 +207,16 @@ impl Scene {
     #[doc(hidden)]
     pub fn cells(&self) -> Option<Cells> {
         let grows = !self.growth.is_empty();
-        grows.then(|| Cells::new(&self.growth, &self.group_names(), self.planar, self.seed))
+        grows.then(|| {
+            let cells = Cells::new(&self.growth, &self.group_names(), self.planar, self.seed);
+            cells.with_fields(self.fields())
+        })
+    }
+
+    /// The fields, as steps take them on.
+    pub(crate) fn fields(&self) -> Fields {
+        let periodic = self.periodic.map_or([false; 3], |cell| cell.lengths.map(|length| length.is_some()));
+        Fields::new(&self.fields, &self.group_names(), periodic, self.planar)
     }
 
     /// How bodies are removed, if any are.

@@ -9,6 +9,7 @@ mod ellipsoid;
 mod error;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
+mod section;
 mod sphere;
 mod spherocylinder;
 mod torus;

@@ -21,6 +21,7 @@ pub use worth::worth_a_device;
 use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
 use crate::error::Error;
+use crate::fields::Fields;
 use crate::gpu::{Gpu, Precision};
 use crate::removal::Ended;
 use crate::scene::{Scene, StopReason};
@@ -77,6 +78,8 @@ pub struct Simulation {
     backend: Box<dyn Stepper>,
     keep: Keep,
     stopped_by: Option<StopReason>,
+    /// The scene's fields, if it has some.
+    fields: Option<Fields>,
     /// The removal of bodies, if the scene has rules for it.
     leaving: Option<Leaving>,
     /// The lives that ended in the last step, and by changes since.
@@ -140,6 +143,7 @@ impl Simulation {
         if state.bodies.bonds.is_empty() {
             state.bodies.bonds = scene.held_bonds(&state.bodies);
         }
+        state.fields = scene.fields().start(&state.fields);
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
         let model = scene.model();
         let plan = Plan::new(&model, cutoff);
@@ -171,6 +175,7 @@ impl Simulation {
             keep,
             stopped_by: None,
             leaving: None,
+            fields: None,
             ended: Vec::new(),
             taken_out: Vec::new(),
             rules: None,
@@ -180,6 +185,7 @@ impl Simulation {
             #[cfg(feature = "files")]
             changing: None,
         };
+        simulation.fields = Some(simulation.scene.fields()).filter(|fields| !fields.is_empty());
         simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref(), removed)?;
         simulation.check_stop()?;
         Ok(simulation)
@@ -301,8 +307,14 @@ impl Simulation {
         Ok(report)
     }
 
-    /// Removes bodies after a step, and checks whether it is the last.
+    /// Takes the fields over the step, removes bodies after it, and checks whether it is the last.
     fn finish(&mut self, mut report: StepReport) -> Result<StepReport, Fault> {
+        if let Some(fields) = &self.fields {
+            let state = self.backend.state()?;
+            let mut values = state.fields.clone();
+            fields.advance(&mut values, &state.bodies, self.plan.span * self.scene.time.dt);
+            self.backend.set_fields(values);
+        }
         if let Some(leaving) = &mut self.leaving {
             leaving.apply(self.backend.as_mut(), &self.scene.time, &mut report)?;
             self.ended.extend_from_slice(leaving.ended());
@@ -334,6 +346,11 @@ impl Simulation {
     pub fn final_scene(&self) -> Result<Scene, Fault> {
         let state = self.state()?;
         let mut scene = self.scene.final_scene(&state.bodies, self.time());
+        for of in &state.fields {
+            if let Some(field) = scene.fields.get_mut(&of.name) {
+                field.values.clone_from(&of.values);
+            }
+        }
         #[cfg(feature = "files")]
         scene.changes.drain(..self.changes_made());
         let follows = State::new(Bodies { lineage: state.bodies.lineage.clone(), ..Bodies::default() }).next_id;

@@ -4,6 +4,7 @@
 use super::{Crowd, Effect, Fault, Keep, Passed, Phases, Piece, Plan, Shake, State, StepReport, TwoSided, Wedge};
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::{BondName, ForceField, Waiting};
+use crate::fields::Concentration;
 use crate::gpu::{Gpu, Precision};
 use crate::lcp::{Outcome, Stored};
 
@@ -122,6 +123,8 @@ pub trait Keeper: Send {
     fn divided(&mut self, before: &[Lineage]) -> Result<Vec<Divided>, Fault>;
     /// The lives that ended of all processes, in order, from those that ended here.
     fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]>;
+    /// Sets the concentrations of the scene's fields.
+    fn set_fields(&mut self, fields: Vec<Concentration>);
     /// Removes those bodies [here](Keeper::local_bodies) that are not to be kept, as [`State::remove`] does.
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
 }

@@ -1,6 +1,7 @@
 //! The state of a simulation between two steps.
 
 use crate::bodies::Bodies;
+use crate::fields::Concentration;
 use crate::walls::surface_of;
 use crate::warm::Warm;
 
@@ -19,6 +20,8 @@ pub struct State {
     pub removed: Vec<u64>,
     /// Whether bodies were placed, turned or lengthened since the last step, so that they may overlap.
     pub changed: bool,
+    /// The concentrations of the scene's fields, in the order of their names.
+    pub fields: Vec<Concentration>,
     /// The bodies in the device's own number format. Without them, or if they do not match `bodies`, a device starts
     /// from `bodies`.
     pub unrounded: Option<Unrounded>,
@@ -87,7 +90,16 @@ impl State {
         // A parent's id stays reserved after the parent has gone.
         let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
         let next_id = taken.max().map_or(0, |id| id + 1);
-        State { step: 0, next_id, bodies, warm: Vec::new(), removed: Vec::new(), changed: false, unrounded: None }
+        State {
+            step: 0,
+            next_id,
+            bodies,
+            warm: Vec::new(),
+            removed: Vec::new(),
+            changed: false,
+            fields: Vec::new(),
+            unrounded: None,
+        }
     }
 
     /// Keeps the flagged bodies and the warm start of their pairs, in order. `removed` is added to the counts.

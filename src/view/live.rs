@@ -89,6 +89,7 @@ impl Live {
             bodies: state.bodies.clone(),
             warm: Some(state.warm.clone()),
             removed: state.removed.clone(),
+            fields: state.fields.clone(),
         };
         Ok(Taken { state, grid: self.grid, behind: self.behind.clone() })
     }

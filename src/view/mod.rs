@@ -144,7 +144,8 @@ pub fn page_of_run(
 /// use relcp::record::Snapshot;
 /// use relcp::view::{Pages, page_of_state};
 /// let scene = Scene::built_in("three-capsules")?;
-/// let state = Snapshot { step: 0, time: 0.0, bodies: scene.build()?, warm: None, removed: Vec::new() };
+/// let (bodies, removed, fields) = (scene.build()?, Vec::new(), Vec::new());
+/// let state = Snapshot { step: 0, time: 0.0, bodies, warm: None, removed, fields };
 /// let (page, viewed) = page_of_state(&scene, state, &Pages::default())?;
 /// assert_eq!((page.len() as u64, viewed.states, viewed.bodies), (viewed.bytes, 1, 3));
 /// # Ok::<(), relcp::Error>(())

@@ -21,7 +21,7 @@ fn hanging() -> [Snapshot; 2] {
     let shot = |simulation: &Simulation| {
         let state = simulation.state().unwrap();
         let (step, time, bodies) = (state.step, simulation.time(), state.bodies.clone());
-        Snapshot { step, time, bodies, warm: None, removed: Vec::new() }
+        Snapshot { step, time, bodies, warm: None, removed: Vec::new(), fields: Vec::new() }
     };
     let first = shot(&simulation);
     while !simulation.done() {

@@ -154,7 +154,14 @@ fn growth_slows_under_the_pressure_that_is_measured() {
         let felt = pressures(&bodies, &warm, true);
         if step > 0 {
             let (snapshot, settings) = (
-                Snapshot { step, time, bodies: bodies.clone(), warm: Some(warm), removed: Vec::new() },
+                Snapshot {
+                    step,
+                    time,
+                    bodies: bodies.clone(),
+                    warm: Some(warm),
+                    removed: Vec::new(),
+                    fields: Vec::new(),
+                },
                 Settings::default(),
             );
             let view = View::new(&snapshot, &frame, &settings);
@@ -228,8 +235,14 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
         let mut before = (0, 0.0, 0.0);
         let outermost = |simulation: &Simulation| {
             let state = simulation.state().unwrap();
-            let snapshot =
-                Snapshot { step: state.step, time: 0.0, bodies: state.bodies.clone(), warm: None, removed: Vec::new() };
+            let snapshot = Snapshot {
+                step: state.step,
+                time: 0.0,
+                bodies: state.bodies.clone(),
+                warm: None,
+                removed: Vec::new(),
+                fields: Vec::new(),
+            };
             let states = relcp::record::States::single("state", snapshot);
             let radius = relcp::measure::select(&["radius".into()]).unwrap();
             let measured =

@@ -153,6 +153,7 @@ fn what_is_remembered_of_walls_is_a_pressure() {
         bodies: state.bodies.clone(),
         warm: Some(state.warm.clone()),
         removed: Vec::new(),
+        fields: Vec::new(),
     };
     let settings = Settings::default();
     let view = View::new(&snapshot, &frame, &settings);

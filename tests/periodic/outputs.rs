@@ -86,6 +86,7 @@ fn forces_balance_and_measures_know_the_cell() {
         bodies: state.bodies.clone(),
         warm: Some(state.warm.clone()),
         removed: Vec::new(),
+        fields: Vec::new(),
     };
     // On each body contact and outer forces are those that its velocity takes, up to what normals turned since the rows
     // were made.

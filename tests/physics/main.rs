@@ -24,6 +24,7 @@ mod joints;
 mod knots;
 mod motion;
 mod moving_walls;
+mod nutrients;
 mod orientation;
 mod pressed_ring;
 mod propulsion;

@@ -4,6 +4,7 @@ use super::Cpu;
 use super::team::Team;
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::ForceField;
+use crate::fields::Concentration;
 use crate::gpu::{Gpu, Precision};
 use crate::step::{Divided, Fault, Keep, Keeper, LIFE_WORDS, Lives, Plan, State, StepReport, Stepper, step};
 
@@ -58,6 +59,10 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
 
     fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]> {
         self.team.all_gather(own)
+    }
+
+    fn set_fields(&mut self, fields: Vec<Concentration>) {
+        self.state.fields = fields;
     }
 
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault> {

@@ -54,8 +54,8 @@ pub struct Start {
     held: Vec<bool>,
     /// By how much bodies grow in the present part, in a scene with friction; else empty.
     pub(super) lengthened: Vec<f64>,
-    /// The pressures that slow the growth of this step's bodies; may be empty.
-    pub(super) pressures: Vec<f64>,
+    /// What slows the growth of this step's bodies; may be empty.
+    pub(super) slowing: Vec<f64>,
     /// Flags of bodies that belong to other processes; empty on one process.
     pub(super) foreign: Vec<bool>,
 }
@@ -95,7 +95,7 @@ impl Start {
             strained: None,
             held: Vec::new(),
             lengthened: Vec::new(),
-            pressures: Vec::new(),
+            slowing: Vec::new(),
             foreign: Vec::new(),
         }
     }
@@ -128,7 +128,7 @@ impl Start {
         self.is_held(i) || self.is_foreign(i)
     }
 
-    /// Begins this piece of the next step with the bodies of `state` and computes the pressures on them; `warm` is the
+    /// Begins this piece of the next step with the bodies of `state` and computes what slows their growth; `warm` is the
     /// warm start of their pairs.
     pub(super) fn begin(&mut self, setup: &Setup, state: &State, warm: &[Warm], (piece, waiting): (Piece, Waiting)) {
         (self.piece, self.waiting) = (piece, waiting);
@@ -139,7 +139,7 @@ impl Start {
         self.next_id = state.next_id;
         self.middle = None;
         if let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) {
-            self.pressures = growth.pressures(&state.bodies, warm);
+            self.slowing = growth.slowing(&state.bodies, warm, &state.fields);
         }
         self.foreign.clear();
         self.place_walls(setup);
@@ -173,7 +173,7 @@ impl Start {
             &mut self.bodies,
             (self.time, self.piece.turn),
             &mut self.next_id,
-            &mut self.pressures,
+            &mut self.slowing,
             &self.waiting,
         )
     }
@@ -186,7 +186,7 @@ impl Start {
                 bodies.shape.iter().map(|shape| shape.growing_length().unwrap_or_default()).collect()
             };
             let before = if setup.friction.is_none() { Vec::new() } else { lengths(&self.bodies) };
-            growth.lengthen(&mut self.bodies, self.interval, &self.pressures, &self.waiting);
+            growth.lengthen(&mut self.bodies, self.interval, &self.slowing, &self.waiting);
             if !before.is_empty() {
                 self.lengthened.extend(lengths(&self.bodies).iter().zip(&before).map(|(now, before)| now - before));
             }
@@ -234,7 +234,7 @@ impl Start {
         self.interval = self.piece_length(setup);
         self.place_walls(setup);
         if let Some(growth) = &setup.growth {
-            growth.lengthen(&mut self.bodies, 0.5 * self.interval, &self.pressures, &self.waiting);
+            growth.lengthen(&mut self.bodies, 0.5 * self.interval, &self.slowing, &self.waiting);
         }
     }
 

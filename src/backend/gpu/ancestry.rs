@@ -54,9 +54,9 @@ impl Growing {
         interval: f64,
         line: &Lineage,
         (length, shape, own): (f64, Shape, OwnGrowth),
-        pressure: f64,
+        slowing: f64,
     ) -> Growing {
-        let rate = species.rate_of(line.id, own, pressure);
+        let rate = species.rate_of(line.id, own, slowing);
         Growing { length, due: species.due(line, &shape, own), shape, own, rate, factor: (rate * interval).exp() }
     }
 
@@ -105,13 +105,13 @@ impl Ancestry {
     }
 
     /// Divides a body at `time`. Returns its index, the index of the upper daughter, and the length of both.
-    pub fn divide(&mut self, species: &Species<'_>, mother: usize, time: f64, pressure: f64) -> (usize, usize, f64) {
+    pub fn divide(&mut self, species: &Species<'_>, mother: usize, time: f64, slowing: f64) -> (usize, usize, f64) {
         let (upper, line, own) = (self.lineage.len(), self.lineage[mother], self.growing[mother]);
         self.mothers.push((mother, line, own));
         let half = 0.5 * own.length;
         let lines = daughters(&line, time, &mut self.next_id, species.birth_length(half));
         let born = (half, own.shape, own.own);
-        let [first, second] = lines.each_ref().map(|line| Growing::new(species, self.interval, line, born, pressure));
+        let [first, second] = lines.each_ref().map(|line| Growing::new(species, self.interval, line, born, slowing));
         self.lineage[mother] = lines[0];
         self.lineage.push(lines[1]);
         self.group.push(self.group[mother]);
@@ -132,11 +132,11 @@ impl Ancestry {
         (mother, upper, half)
     }
 
-    /// Sets the growth rates for these pressures.
-    pub fn press(&mut self, cells: &Cells, pressures: &[f64]) {
-        for (body, (own, pressure)) in self.growing.iter_mut().zip(pressures).enumerate() {
+    /// Sets the growth rates, each slowed by this.
+    pub fn slow(&mut self, cells: &Cells, slowing: &[f64]) {
+        for (body, (own, slowing)) in self.growing.iter_mut().zip(slowing).enumerate() {
             let Some(species) = cells.of(self.group[body]).filter(|_| !own.length.is_nan()) else { continue };
-            let rate = species.rate_of(self.lineage[body].id, own.own, *pressure);
+            let rate = species.rate_of(self.lineage[body].id, own.own, *slowing);
             if rate != own.rate {
                 (own.rate, own.factor) = (rate, (rate * self.interval).exp());
                 self.changed.push(body);

@@ -99,7 +99,7 @@ impl Start {
         gpu: &Gpu,
         setup: &Setup,
         states: &mut States,
-        (old, pressures): (u64, &[f64]),
+        (old, slowing): (u64, &[f64]),
     ) -> Result<(), GpuError> {
         let due = self.ancestry.due().to_vec();
         self.bodies = old + due.len() as u64;
@@ -108,7 +108,7 @@ impl Start {
         states.reserve(gpu, &mut record, self.bodies)?;
         states.begin(&mut record, old);
         if !due.is_empty() {
-            let count = self.divide(gpu, setup, &due, pressures)?;
+            let count = self.divide(gpu, setup, &due, slowing)?;
             self.record_divisions(&mut record, states, count);
         }
         self.growth.write_changed(gpu, setup, &mut self.ancestry)?;
@@ -117,7 +117,7 @@ impl Start {
     }
 
     /// Writes the divisions of the bodies in `due` for the kernel. Returns their number.
-    fn divide(&mut self, gpu: &Gpu, setup: &Setup, due: &[usize], pressures: &[f64]) -> Result<u64, GpuError> {
+    fn divide(&mut self, gpu: &Gpu, setup: &Setup, due: &[usize], slowing: &[f64]) -> Result<u64, GpuError> {
         let Some(cells) = &setup.growth else { return Ok(0) };
         let mut numbers = Vec::with_capacity(12 * due.len());
         let mut indices: Vec<[u32; 2]> = Vec::with_capacity(due.len());
@@ -127,8 +127,8 @@ impl Start {
             let degrees = species.growth.reorientation_degrees;
             let mut random = Turn::stream(cells.seed, self.ancestry.lineage[mother].id);
             let turns = [(); 2].map(|()| Turn::draw(&mut random, degrees, setup.planar));
-            let pressure = pressures.get(mother).copied().unwrap_or(0.0);
-            let (mother, upper, half) = self.ancestry.divide(&species, mother, self.time, pressure);
+            let slowing = slowing.get(mother).copied().unwrap_or(0.0);
+            let (mother, upper, half) = self.ancestry.divide(&species, mother, self.time, slowing);
             let [coarse, fine] = split_length(half, setup.length_pitch);
             numbers.extend([coarse, fine, 0.0, 0.0]);
             numbers.extend(turns.iter().flat_map(|turn| turn.in_body(setup.planar).to_array()));

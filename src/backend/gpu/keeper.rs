@@ -6,6 +6,7 @@ use super::states::{Poses, Shapes, States};
 use super::{Device, unrounded};
 use crate::bodies::{Bodies, Columns, Lineage};
 use crate::dynamics::ForceField;
+use crate::fields::Concentration;
 use crate::gpu::{Gpu, GpuError, Precision};
 use crate::step::{Divided, Fault, Keep, Keeper, LIFE_WORDS, Lives, Plan, State, StepReport, Stepper, Unrounded, step};
 use crate::walls::surface_of;
@@ -22,6 +23,8 @@ pub(super) struct Accepted {
     pub removed: Vec<u64>,
     /// Whether bodies were placed or lengthened since the last step.
     pub changed: bool,
+    /// The concentrations of the scene's fields.
+    pub fields: Vec<Concentration>,
     /// The whole state, if it has been read.
     pub state: OnceLock<State>,
 }
@@ -29,8 +32,8 @@ pub(super) struct Accepted {
 impl Accepted {
     /// From a state; the device may have additional digits.
     pub fn of(state: &State) -> Self {
-        let (bodies, removed) = (state.bodies.len() as u64, state.removed.clone());
-        Accepted { step: state.step, bodies, removed, changed: state.changed, state: OnceLock::new() }
+        let (bodies, removed, fields) = (state.bodies.len() as u64, state.removed.clone(), state.fields.clone());
+        Accepted { step: state.step, bodies, removed, changed: state.changed, fields, state: OnceLock::new() }
     }
 }
 
@@ -78,7 +81,7 @@ impl Device {
     }
 
     fn read_state(&self) -> Result<State, GpuError> {
-        let Accepted { step, bodies: count, removed, changed, .. } = &self.accepted;
+        let Accepted { step, bodies: count, removed, changed, fields, .. } = &self.accepted;
         let (lineage, group, next_id) = self.start.ancestry.accepted();
         // The list of a step with divisions contains pairs of bodies that did not exist in the accepted state.
         let born = |body: u32| u64::from(body) < *count;
@@ -95,8 +98,8 @@ impl Device {
         let of_daughters = self.hosted.as_ref().map(|hosted| hosted.held_daughters(&bodies));
         bodies.bonds.extend(of_daughters.unwrap_or_default());
         unrounded.prescribe(&self.start.ancestry.accepted_lengths());
-        let (removed, unrounded) = (removed.clone(), Some(unrounded));
-        Ok(State { step: *step, next_id, bodies, warm, removed, changed: *changed, unrounded })
+        let (removed, fields, unrounded) = (removed.clone(), fields.clone(), Some(unrounded));
+        Ok(State { step: *step, next_id, bodies, warm, removed, changed: *changed, fields, unrounded })
     }
 
     fn remembered(&self) -> Result<Vec<Warm>, GpuError> {
@@ -155,6 +158,13 @@ impl Keeper for Device {
 
     fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]> {
         own
+    }
+
+    fn set_fields(&mut self, fields: Vec<Concentration>) {
+        if let Some(state) = self.accepted.state.get_mut() {
+            state.fields.clone_from(&fields);
+        }
+        self.accepted.fields = fields;
     }
 
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault> {

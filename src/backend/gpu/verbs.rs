@@ -21,20 +21,20 @@ impl Device {
     fn grow(&mut self) -> Result<(), GpuError> {
         // A failed step may have left its own start behind.
         self.start.ancestry.undo();
-        let pressures = self.press()?;
+        let slowing = self.slow()?;
         let Device { gpu, setup, states, start, solve, accepted, .. } = self;
-        start.grow(gpu, setup, states, (accepted.bodies, &pressures))?;
+        start.grow(gpu, setup, states, (accepted.bodies, &slowing))?;
         solve.compile(gpu, start.bodies)
     }
 
-    /// The pressures that slow growth, if cells have a pressure law, and the growth rates for them. The host computes
-    /// them from the state that it reads back.
-    fn press(&mut self) -> Result<Vec<f64>, GpuError> {
-        let Some(cells) = self.setup.growth.clone().filter(Cells::feels_pressure) else { return Ok(Vec::new()) };
+    /// What slows growth, if pressure or want may, and the growth rates for it. The host computes it from the state that
+    /// it reads back.
+    fn slow(&mut self) -> Result<Vec<f64>, GpuError> {
+        let Some(cells) = self.setup.growth.clone().filter(Cells::may_be_slowed) else { return Ok(Vec::new()) };
         let state = self.known_state()?;
-        let pressures = cells.pressures(&state.bodies, &state.warm);
-        self.start.ancestry.press(&cells, &pressures);
-        Ok(pressures)
+        let slowing = cells.slowing(&state.bodies, &state.warm, &state.fields);
+        self.start.ancestry.slow(&cells, &slowing);
+        Ok(slowing)
     }
 
     /// Computes forces, free velocities and mobilities at the beginning of the present part, and the boxes there.

@@ -116,8 +116,8 @@ pub(in crate::cli) struct Measure {
     #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// Only these measures, separated by commas or by repeating the option: nematic, correlation, radius, packing,
-    /// density, length, contacts, stress, shear_stress, force_chains, friction, walls, bonds, microdomains,
-    /// dissipation, msd, velocity_correlation, groups, segregation, removal
+    /// density, length, contacts, stress, shear_stress, force_chains, friction, walls, fields, bonds,
+    /// microdomains, dissipation, msd, velocity_correlation, groups, segregation, removal
     #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
     pub(in crate::cli) only: Vec<String>,
     /// The last state only

@@ -1,11 +1,13 @@
 //! The growth of cells: the species of a scene, and each cell's own values.
 
-use super::{DivisionRule, Growth, OnNoRoom, Turn};
+use super::{DivisionRule, Growth, LEAST_CELLS_A_TASK, OnNoRoom, Turn};
 use crate::bodies::{Bodies, Lineage, OwnGrowth};
 use crate::dynamics::pressures;
+use crate::fields::{Concentration, Fields, Nutrient};
 use crate::shape::Shape;
 use crate::warm::Warm;
 use rand::RngExt;
+use rayon::prelude::*;
 
 /// Where in a cell's random stream its own targets and rate are, in words of 32 bits: its turns when it divides take
 /// the first eight at most.
@@ -26,6 +28,7 @@ pub struct Cells {
     pub planar: bool,
     /// The scene's seed.
     pub seed: u64,
+    fields: Fields,
 }
 
 /// When a cell divides: at a step's start where it has the length and the time has come.
@@ -63,7 +66,13 @@ impl Cells {
             species: species.to_vec(),
             planar,
             seed,
+            fields: Fields::default(),
         }
+    }
+
+    /// With the fields of the scene, from which they may grow.
+    pub fn with_fields(self, fields: Fields) -> Cells {
+        Cells { fields, ..self }
     }
 
     /// The growth of the bodies of a group; none if they do not grow.
@@ -97,10 +106,28 @@ impl Cells {
         self.species.iter().any(|growth| growth.stress_sensitivity != 0.0)
     }
 
-    /// What slows the growth of each body in the step after the one that left `bodies` and `warm`: its pressure, where
-    /// the scene's cells feel it; else nothing.
-    pub fn pressures(&self, bodies: &Bodies, warm: &[Warm]) -> Vec<f64> {
-        if self.feels_pressure() { pressures(bodies, warm, self.planar) } else { Vec::new() }
+    /// Whether pressure or want slows the growth of any cell.
+    pub fn may_be_slowed(&self) -> bool {
+        self.feels_pressure() || self.species.iter().any(|growth| growth.nutrient.is_some())
+    }
+
+    /// What slows the growth of each body in the step after the one that left `bodies`, `warm` and these concentrations:
+    /// its rate is multiplied by `e^-slowing`. Empty where nothing slows the growth of the scene's cells.
+    pub fn slowing(&self, bodies: &Bodies, warm: &[Warm], fields: &[Concentration]) -> Vec<f64> {
+        if !self.may_be_slowed() {
+            return Vec::new();
+        }
+        let pressures = if self.feels_pressure() { pressures(bodies, warm, self.planar) } else { Vec::new() };
+        let of = |i: usize| {
+            let Some(species) = self.of(bodies.group[i]) else { return 0.0 };
+            let pressed = pressures.get(i).map_or(0.0, |pressure| species.slowing_by(*pressure));
+            let want = |nutrient: &Nutrient| {
+                let seen = self.fields.seen(&nutrient.field, fields, bodies, i)?;
+                Some(((nutrient.half + seen) / seen).ln())
+            };
+            pressed + species.growth.nutrient.as_ref().and_then(want).unwrap_or(0.0)
+        };
+        (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).map(of).collect()
     }
 
     /// Gives cells that divide by what they have added, and do not know their length at birth, the length that they
@@ -142,14 +169,23 @@ impl Species<'_> {
         }
     }
 
-    /// The relative growth per time of the cell `id` under `pressure`.
-    pub fn rate(&self, id: u64, pressure: f64) -> f64 {
-        self.slowed(self.free_rate(id), pressure)
+    /// The relative growth per time of the cell `id`, slowed by the factor `e^-slowing`.
+    pub fn rate(&self, id: u64, slowing: f64) -> f64 {
+        self.rate_of(id, OwnGrowth::default(), slowing)
     }
 
     /// That of a cell whose growth is its own to this part.
-    pub fn rate_of(&self, id: u64, own: OwnGrowth, pressure: f64) -> f64 {
-        self.slowed(own.rate.unwrap_or_else(|| self.free_rate(id)), pressure)
+    pub fn rate_of(&self, id: u64, own: OwnGrowth, slowing: f64) -> f64 {
+        own.rate.unwrap_or_else(|| self.free_rate(id)) * (-slowing).exp()
+    }
+
+    /// What a pressure slows growth by. Contacts only push; where the axes of two rods nearly cross, a virial may be
+    /// negative, without bound.
+    pub fn slowing_by(&self, pressure: f64) -> f64 {
+        match self.growth.stress_sensitivity > 0.0 {
+            true => self.growth.stress_sensitivity * pressure.max(0.0),
+            false => 0.0,
+        }
     }
 
     /// Its rate without pressure, with its own draw.
@@ -158,14 +194,6 @@ impl Species<'_> {
             true => self.growth.rate * (1.0 + self.growth.rate_noise * self.own(id)[1]),
             false => self.growth.rate,
         }
-    }
-
-    fn slowed(&self, mut rate: f64, pressure: f64) -> f64 {
-        if self.growth.stress_sensitivity > 0.0 {
-            // Contacts only push. Where the axes of two rods nearly cross, a virial may be negative, without bound.
-            rate *= (-self.growth.stress_sensitivity * pressure.max(0.0)).exp();
-        }
-        rate
     }
 
     /// The length at birth of a daughter, if her rule needs it.
@@ -190,8 +218,9 @@ mod tests {
         let growth = Growth { stress_sensitivity: 0.05, ..Growth::new(1.3, 4.0) };
         let cells = Cells::new(&[growth], &[], true, 1);
         let species = cells.of(0).unwrap();
-        assert_eq!([0.0, -1e6, f64::NEG_INFINITY].map(|pressure| species.rate(7, pressure)), [1.3; 3]);
-        assert!(species.rate(7, 10.0) < 1.0);
+        let rate = |pressure: f64| species.rate(7, species.slowing_by(pressure));
+        assert_eq!([0.0, -1e6, f64::NEG_INFINITY].map(rate), [1.3; 3]);
+        assert!(rate(10.0) < 1.0);
     }
 
     #[test]

@@ -13,7 +13,8 @@
 //!
 //! A cell's rate may differ from the mean by a draw of its own, and fall with the pressure on it as `e^(-lambda
 //! pressure)`, the law of S. Weady, B. Palmer, A. Lamson, T. Kim, R. Farhadifar, M. J. Shelley (arXiv:2405.10158) with
-//! [another stress](crate::dynamics::pressures) than theirs.
+//! [another stress](crate::dynamics::pressures) than theirs; and it may follow the concentration of a
+//! [field](crate::fields) at the cell.
 
 mod bounds;
 mod cells;
@@ -43,18 +44,18 @@ const LEAST_CELLS_A_TASK: usize = 512;
 
 impl Cells {
     /// Divides and grows all cells over the step of `dt` that begins at `time`. `next_id` is the id of the next cell
-    /// born; `pressures` are [those](Cells::pressures) of the bodies before, to which daughters are added with their
+    /// born; `slowing` is [that](Cells::slowing) of the bodies before, to which daughters are added with their
     /// mother's. Cells that wait neither divide nor grow.
     pub fn grow(
         &self,
         bodies: &mut Bodies,
         (time, dt): (f64, f64),
         next_id: &mut u64,
-        pressures: &mut Vec<f64>,
+        slowing: &mut Vec<f64>,
         waiting: &Waiting,
     ) {
-        self.divide(bodies, (time, 1.0), next_id, pressures, waiting);
-        self.lengthen(bodies, dt, pressures, waiting);
+        self.divide(bodies, (time, 1.0), next_id, slowing, waiting);
+        self.lengthen(bodies, dt, slowing, waiting);
     }
 
     /// Divides the cells that are due at `time`, and names them, ascending. Each leaves her place to one daughter;
@@ -64,7 +65,7 @@ impl Cells {
         bodies: &mut Bodies,
         (time, turn): (f64, f64),
         next_id: &mut u64,
-        pressures: &mut Vec<f64>,
+        slowing: &mut Vec<f64>,
         waiting: &Waiting,
     ) -> Vec<usize> {
         let due = |i: &usize| {
@@ -78,8 +79,8 @@ impl Cells {
         let divides = |mother: &usize| {
             let before = bodies.len();
             divide(bodies, *mother, self, (time, turn), next_id);
-            if let Some(pressure) = pressures.get(*mother).copied() {
-                pressures.resize(pressures.len() + bodies.len() - before, pressure);
+            if let Some(own) = slowing.get(*mother).copied() {
+                slowing.resize(slowing.len() + bodies.len() - before, own);
             }
             bodies.len() > before
         };
@@ -87,12 +88,12 @@ impl Cells {
     }
 
     /// Grows all cells over `dt` but those that wait; none divides.
-    pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, pressures: &[f64], waiting: &Waiting) {
+    pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, slowing: &[f64], waiting: &Waiting) {
         let columns = &bodies.columns;
         let lengthen = |(i, ((shape, line), group)): (usize, ((&mut Shape, &Lineage), &u32))| {
             let Some(length) = shape.growing_length().filter(|_| !waiting.holds(line.id)) else { return };
             let Some(species) = self.of(*group) else { return };
-            let rate = species.rate_of(line.id, columns.growth(i), pressures.get(i).copied().unwrap_or(0.0));
+            let rate = species.rate_of(line.id, columns.growth(i), slowing.get(i).copied().unwrap_or(0.0));
             if let Some(grown) = shape.grown(length * (rate * dt).exp()) {
                 *shape = grown;
             }

@@ -1,6 +1,7 @@
 //! How cells grow and divide, and what ends their growth.
 
 use crate::dynamics::DaughterBond;
+use crate::fields::Nutrient;
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
 #[cfg(feature = "files")]
@@ -61,6 +62,10 @@ pub struct Growth {
     /// over length. On a GPU the state is read back for it after every step.
     #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
+    /// Growth by what a field has at the cell: the rate of each cell is multiplied by `c / (half + c)`. Without it: cells
+    /// have plenty.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub nutrient: Option<Nutrient>,
     /// The bond between the two daughters of a division; a daughter keeps the bond of her mother at her other end, so
     /// that cells form chains. Only with `"euler"` steps. Without it: daughters are free.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
@@ -170,6 +175,7 @@ impl Growth {
             division_time_noise: 0.0,
             rate_noise: 0.0,
             stress_sensitivity: 0.0,
+            nutrient: None,
             bond_daughters: None,
             on_no_room: OnNoRoom::Stop,
             stop: None,

@@ -81,14 +81,19 @@ const COLUMNS: &[OfColumn] = &[
     ("wall_force", ("Normal force on walls", FORCE), "all walls"),
     ("wall_force_most", ("Normal force on walls", FORCE), "largest wall"),
     ("wall_pressure", ("Pressure on walls", PRESSURE), ""),
+    ("field_mean", ("Concentration of the field", NUMBER), "mean"),
+    ("field_least", ("Concentration of the field", NUMBER), "least"),
+    ("field_most", ("Concentration of the field", NUMBER), "largest"),
+    ("field_amount", ("Amount in the field", NUMBER), ""),
 ];
 
 /// Of a profile: what it has across, and what up.
-const PROFILES: [(&str, Quantity, Quantity); 13] = [
+const PROFILES: [(&str, Quantity, Quantity); 14] = [
     ("bonds", ("Links along the chain", NUMBER), ("Mean cosine between directions", NUMBER)),
     ("contacts", ("Neighbours that a body touches", NUMBER), ("Bodies", NUMBER)),
     ("correlation", ("Distance", LENGTH), ("Orientational correlation", NUMBER)),
     ("density", ("Distance from the centre", LENGTH), ("Filled fraction", NUMBER)),
+    ("fields", ("Field", NUMBER), ("Mean concentration", NUMBER)),
     ("force_chains", ("Bodies in the force chain", NUMBER), ("Force chains", NUMBER)),
     ("groups", ("Group", NUMBER), ("Bodies", NUMBER)),
     ("length", ("Length of a rod", LENGTH), ("Probability density", PER_LENGTH)),

@@ -67,6 +67,7 @@ fn powers(shapes: [Value; 2], dt: f64, mut see: impl FnMut(&[Cell], &Snapshot)) 
             bodies: state.bodies,
             warm: Some(state.warm),
             removed: Vec::new(),
+            fields: Vec::new(),
         };
         let values = sheared("shear_stress", &state, &scene);
         sums = [sums[0] + dt * values[5].unwrap(), sums[1] + dt * values[6].unwrap()];

@@ -32,7 +32,8 @@ fn at_the_end(scene: &Value) -> Borne {
     }
     let state = simulation.state().unwrap().clone();
     let (step, time) = (state.step, simulation.time());
-    let state = Snapshot { step, time, bodies: state.bodies, warm: Some(state.warm), removed: Vec::new() };
+    let state =
+        Snapshot { step, time, bodies: state.bodies, warm: Some(state.warm), removed: Vec::new(), fields: Vec::new() };
     let frame = Frame::of_scene(&scene, "a test".into());
     let found = OnWalls.of(&View::new(&state, &frame, &Settings::default())).unwrap();
     Borne { found }

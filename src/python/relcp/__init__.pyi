@@ -585,6 +585,10 @@ class State(Bodies):
         """All bodies and surfaces of walls whose separation is at most `cutoff`, as `contacts`."""
 
     @property
+    def fields(self) -> dict[str, _Floats]:
+        """The concentrations of the scene's fields by name, each indexed by x, y and z."""
+
+    @property
     def bonds(self) -> Bonds:
         """The bonds and joints that hold. `force`, `torque` and `tension` are NaN in a state without forces."""
 
@@ -1187,6 +1191,10 @@ class Simulation:
 
     def wall_contacts(self, cutoff: float = 0.0) -> WallContacts:
         """All bodies and surfaces of walls whose separation is at most `cutoff`, computed afresh in f64."""
+
+    @property
+    def fields(self) -> dict[str, _Floats]:
+        """The concentrations of the scene's fields by name, each indexed by x, y and z."""
 
     @property
     def bonds(self) -> Bonds:

@@ -102,6 +102,7 @@ impl Scene {
             return Err(SceneError::bad(turn, message));
         }
         self.check_stress(&key.field("stress_sensitivity"), growth)?;
+        self.check_nutrient(&key.field("nutrient"), growth)?;
         if let Some(stop) = &growth.stop {
             check_stop(&key.field("stop"), stop)?;
         }

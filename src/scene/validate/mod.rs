@@ -7,6 +7,7 @@ mod added;
 mod bodies;
 mod bonds;
 mod drag;
+mod fields;
 mod flow;
 mod forces;
 mod friction;
@@ -78,6 +79,7 @@ impl Scene {
         self.check_flow(root)?;
         self.check_growth(&root.field("growth"))?;
         self.check_traps(&root.field("forces"))?;
+        self.check_fields(&root.field("fields"))?;
         self.check_removal(&root.field("removal"))?;
         self.check_walls(root)?;
         self.check_friction(root)?;

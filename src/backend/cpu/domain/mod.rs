@@ -151,7 +151,7 @@ impl Domain {
         let Some(part) = &self.part else { return };
         let own: Vec<bool> = (0..part.members.len()).map(|i| part.is_own(i)).collect();
         start.bodies.retain(&own);
-        kept(&mut start.pressures, &own);
+        kept(&mut start.slowing, &own);
     }
 
     /// Distributes the step that begins with the own bodies of all processes in `start`. `start` keeps the bodies of
@@ -174,7 +174,7 @@ impl Domain {
         let local = (numbers.as_slice(), &bodies);
         let shared = Sharing::new(processes, local, start.periods, &work, (sharing, all));
         let warm = shared.hand_over(processes, part, &state.warm);
-        let (own, from) = shared.send(processes, local, &way, &start.pressures);
+        let (own, from) = shared.send(processes, local, &way, &start.slowing);
         let own = Members::new(own, &bodies);
         let bonded = !setup.bonds.is_empty() && !start.parting;
         let bonds = if bonded { setup.bonds.holding(&bodies.broken_bonds) } else { Vec::new() };
@@ -207,7 +207,7 @@ impl Domain {
         };
         start.foreign = part.owner.iter().map(|owner| *owner != rank).collect();
         start.bodies = members.bodies;
-        start.pressures = known.iter().map(|known| known.pressure).collect();
+        start.slowing = known.iter().map(|known| known.slowing).collect();
         log::debug!(
             "rank {rank}: {} bodies of {} and {} in the halo, {} pairs",
             from.len(),

@@ -62,12 +62,12 @@ impl Sharing {
         processes: Processes,
         (numbers, bodies): (&[u32], &Bodies),
         way: &[f64],
-        pressures: &[f64],
+        slowing: &[f64],
     ) -> (Vec<Member>, Vec<u32>) {
         let mut lists = vec![Vec::new(); processes.size()];
         for i in 0..numbers.len() {
-            let pressure = pressures.get(i).copied().unwrap_or(0.0);
-            let known = Known { number: numbers[i], place: self.place[i], way: way[i], pressure };
+            let slowing = slowing.get(i).copied().unwrap_or(0.0);
+            let known = Known { number: numbers[i], place: self.place[i], way: way[i], slowing };
             lists[self.owner[i] as usize].extend(words(&known, bodies, i));
         }
         let come = processes.all_to_all(lists);

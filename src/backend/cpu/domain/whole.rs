@@ -38,8 +38,17 @@ impl Domain {
                 return State::default();
             }
             bodies.bonds = setup.bonds.held(&bodies, &BTreeMap::new());
-            let State { step, next_id, changed, .. } = *state;
-            State { step, next_id, bodies, warm, removed: state.removed.clone(), changed, unrounded: None }
+            let State { step, next_id, changed, ref removed, ref fields, .. } = *state;
+            State {
+                step,
+                next_id,
+                bodies,
+                warm,
+                removed: removed.clone(),
+                changed,
+                fields: fields.clone(),
+                unrounded: None,
+            }
         })
     }
 
