@@ -35,8 +35,7 @@ mod tests {
 
     #[test]
     fn uptake_by_one_species_is_the_root_of_a_quadratic() {
-        for (b, most, half) in
-            [(1.0, 0.3, 0.5), (1e-6, 10.0, 0.1), (5.0, 1e6, 1e-3), (2.0, 0.0, 1.0), (1.0, 1.0, 1e-12)]
+        for (b, most, half) in [(1.0, 0.3, 0.5), (1e-6, 10.0, 0.1), (5.0, 1e6, 1e-3), (2.0, 0.0, 1.0), (1.0, 1.0, 1e-6)]
         {
             let p: f64 = half + most - b;
             // Without cancellation.

@@ -50,8 +50,8 @@ pub(crate) struct Backdrop {
     /// The names of the scene's groups.
     pub groups: Vec<String>,
     /// The largest concentration of the first field that the scene names, in its borders or at the start.
-    most_named: f64,
-    field: Option<DrawnField>,
+    pub most_named: f64,
+    pub field: Option<DrawnField>,
 }
 
 impl Backdrop {

@@ -100,7 +100,8 @@ fn no_file_holds_a_custom_shape() {
 
 #[test]
 fn no_export_takes_a_custom_shape() {
-    let snapshot = Snapshot { step: 0, time: 0.0, bodies: eggs().bodies, warm: None, removed: Vec::new() };
+    let snapshot =
+        Snapshot { step: 0, time: 0.0, bodies: eggs().bodies, warm: None, removed: Vec::new(), fields: Vec::new() };
     let states = States::single("eggs", snapshot);
     let folder = tempfile::tempdir().unwrap();
     for format in [Format::Vtk { cutoff: None }, Format::Gsd] {

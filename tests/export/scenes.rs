@@ -59,7 +59,7 @@ pub fn every_shape() -> Snapshot {
             birth_length: None,
         };
     }
-    Snapshot { step: 12, time: 0.1 + 0.2, bodies, warm: None, removed: Vec::new() }
+    Snapshot { step: 12, time: 0.1 + 0.2, bodies, warm: None, removed: Vec::new(), fields: Vec::new() }
 }
 
 /// The run of a colony that grows from one cell to eight, in `parent`.
@@ -87,7 +87,7 @@ pub fn many_rods(count: usize) -> Snapshot {
         let orientation = DQuat::from_rotation_x(draw.next()) * DQuat::from_rotation_y(6.0 * draw.next());
         bodies.push(Placed { shape, position, orientation }, NO_GROUP);
     }
-    Snapshot { step: 3, time: 1.5, bodies, warm: None, removed: Vec::new() }
+    Snapshot { step: 3, time: 1.5, bodies, warm: None, removed: Vec::new(), fields: Vec::new() }
 }
 
 /// Copies of a stored colony side by side, each rod of a length of its own.
@@ -103,5 +103,5 @@ pub fn large(count: usize) -> Snapshot {
         bodies.push(placed, one.group[i]);
         bodies.lineage[k] = Lineage { id: k as u64, parent: None, ..one.lineage[i] };
     }
-    Snapshot { step: 0, time: 6.9, bodies, warm: None, removed: Vec::new() }
+    Snapshot { step: 0, time: 6.9, bodies, warm: None, removed: Vec::new(), fields: Vec::new() }
 }

@@ -30,7 +30,8 @@ fn free_brownian_bodies_have_the_msd_of_theory() {
             let state = simulation.state().unwrap();
             tracks.push(&state.bodies, &Default::default());
             let (step, bodies) = (state.step, state.bodies.clone());
-            let snapshot = Snapshot { step, time: simulation.time(), bodies, warm: None, removed: Vec::new() };
+            let snapshot =
+                Snapshot { step, time: simulation.time(), bodies, warm: None, removed: Vec::new(), fields: Vec::new() };
             found.push(measure.of(&View::new(&snapshot, &frame, &Settings::default())));
             times.push(snapshot.time);
             if simulation.done() {

@@ -11,7 +11,14 @@ pub(super) fn measure_columns<const N: usize>(
     columns: [&str; N],
 ) -> Result<[Option<f64>; N], StudyError> {
     let bodies = simulation.state()?.bodies.clone();
-    let state = Snapshot { step: simulation.steps(), time: simulation.time(), bodies, warm: None, removed: Vec::new() };
+    let state = Snapshot {
+        step: simulation.steps(),
+        time: simulation.time(),
+        bodies,
+        warm: None,
+        removed: Vec::new(),
+        fields: Vec::new(),
+    };
     let frame = Frame::of_scene(simulation.scene(), simulation.scene().name.clone());
     let settings = Settings::default();
     let view = View::new(&state, &frame, &settings);
