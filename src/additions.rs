@@ -21,6 +21,7 @@ const NAMED: [(&str, &[&str]); 11] = [
         "Geometry::Ellipsoid",
         &[
             "shape/mod.rs",
+            "shape/section.rs",
             "separation/mod.rs",
             "separation/outermost.rs",
             "scene/generate/isotropic.rs",

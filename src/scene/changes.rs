@@ -350,7 +350,7 @@ mod tests {
             match says.split([',', ' ']).next() {
                 Some("yes") => assert!(may_change(key), "{key}"),
                 Some("no") => assert!(!may_change(key), "{key}"),
-                _ => assert!(["time", "bonds", "joints"].contains(&key.as_str()), "{key}"),
+                _ => assert!(["time", "bonds", "joints", "fields"].contains(&key.as_str()), "{key}"),
             }
         }
         assert!(told.keys().all(|key| keys.contains(&key)), "{told:?}");
