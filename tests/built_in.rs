@@ -16,7 +16,7 @@ use std::collections::HashMap;
 use std::time::Instant;
 
 /// Scenes that take less than ten seconds each in the profile of the tests.
-const QUICK: [&str; 9] = [
+const QUICK: [&str; 10] = [
     "two-ellipsoids",
     "three-capsules",
     "chainmail",
@@ -25,6 +25,7 @@ const QUICK: [&str; 9] = [
     "mother-machine",
     "ladder",
     "silo",
+    "biofilm",
     "pressed-ring",
 ];
 
