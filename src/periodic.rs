@@ -99,7 +99,6 @@ impl Periodic {
     }
 
     /// Whether the cell changes in time.
-    #[cfg(feature = "files")]
     pub(crate) fn changes(&self) -> bool {
         self.strain_rate.is_some() || self.shear.is_some()
     }
