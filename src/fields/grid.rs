@@ -83,6 +83,7 @@ impl Grid {
     }
 
     /// The concentration at a point, linear between the centres of cells.
+    #[cfg(feature = "files")]
     pub(crate) fn at(&self, values: &[f64], point: DVec3, periodic: [bool; 3]) -> f64 {
         let mut sum = 0.0;
         self.about(point, periodic, |(cell, part)| sum += part * values[cell]);
@@ -90,6 +91,7 @@ impl Grid {
     }
 
     /// Whether a point is in the grid, along x and y.
+    #[cfg(feature = "files")]
     pub(crate) fn holds_in_plane(&self, point: DVec3) -> bool {
         let reach = |k: usize| 0.5 * self.spacing * f64::from(self.cells[k]);
         (0..2).all(|k| (point[k] - self.center[k]).abs() <= reach(k))
