@@ -3,6 +3,7 @@
 mod clusters;
 mod cone;
 mod friction;
+mod kernels;
 mod slots;
 mod stages;
 mod verbs;
