@@ -80,10 +80,22 @@ pub struct Bodies {
     pub broken_bonds: Vec<u32>,
     /// The bonds and joints that hold, by number, with what they do; empty on a process that has a part of the bodies.
     pub bonds: Vec<HeldBond>,
+    /// Where walls under a load are, in order; empty without any.
+    pub walls: Vec<WallState>,
     /// The periods of the space that they are in. Positions are not wrapped.
     pub periods: Periods,
     /// Whether they cannot leave the plane: then they are measured in it.
     pub planar: bool,
+}
+
+/// Where a wall under a load is: how far it has gone along its normal, and its velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct WallState {
+    /// The way from where the scene has it.
+    pub shift: f64,
+    /// The velocity of the last step.
+    pub velocity: f64,
 }
 
 /// Keeps the flagged entries of an array, in order.
@@ -232,6 +244,7 @@ impl Clone for Bodies {
         self.columns.clone_from(&from.columns);
         self.broken_bonds.clone_from(&from.broken_bonds);
         self.bonds.clone_from(&from.bonds);
+        self.walls.clone_from(&from.walls);
         self.periods = from.periods;
         self.planar = from.planar;
     }

@@ -92,7 +92,8 @@ fn the_points_of_a_contact_are_its_separation_apart_also_at_an_image() {
 #[test]
 fn the_point_of_a_wall_contact_lies_on_the_body() {
     let mut scene = Scene::new("ball", Time::new(0.1, 1.0));
-    scene.walls = vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion: None, friction: None }];
+    scene.walls =
+        vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion: None, friction: None, load: None }];
     scene.bodies = vec![Body::new(BALL, [1.0, 2.0, 0.75])];
     let simulation = Simulation::new(scene).unwrap();
     let bodies: &Bodies = &simulation.state().unwrap().bodies;

@@ -81,7 +81,8 @@ fn open(path: &Path) -> Result<State, CliError> {
         let (header, state) = read_state(&path.join("checkpoint.npz"))?;
         let scene = Folder::view(path).scene();
         let found = of(state.bodies, if scene.exists() { Some(Scene::read(&scene)?) } else { None });
-        return Ok(State { walls: found.walls.at(header.time), ..found });
+        let walls = found.walls.at(header.time).gone(&found.bodies.walls);
+        return Ok(State { walls, ..found });
     }
     if path.extension().is_some_and(|extension| extension == "npz") {
         return Ok(of(read_state(path)?.1.bodies, None));

@@ -6,7 +6,7 @@
 //! periodic space a force acts at all images, so that there is no torque.
 
 use super::{About, Cell, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, count};
-use crate::walls::{WallPush, Walls};
+use crate::walls::{WallPush, Walls, standing};
 use glam::DVec3;
 
 const COLUMNS: [Column; 7] = [
@@ -81,7 +81,8 @@ impl Measure for OnWalls {
         }
         let warm = view.forces()?;
         let (planar, periods) = (view.planar(), &view.bodies().periods);
-        let (frame, time) = (&view.frame.walls, view.state.time);
+        let frame = &standing(&view.frame.walls, &view.bodies().walls);
+        let time = view.state.time;
         let walls = Walls::new(frame, planar).at(time);
         let about = |wall: usize| {
             let reference = frame[wall].reference();

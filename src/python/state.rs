@@ -122,7 +122,7 @@ impl PyState {
         let (py, cutoff) = (slf.py(), PyState::cutoff(&slf, cutoff)?);
         let (scene, base) = (slf.scene_then(), slf.as_super());
         let (bodies, warm) = (&base.bodies, slf.has_forces.then_some(&base.warm[..]));
-        let walls = Walls::new(&scene.walls, scene.planar).at(base.time);
+        let walls = Walls::new(&scene.walls, scene.planar).at(base.time).gone(&base.bodies.walls);
         let found = quietly(py, || AtWalls::of(&walls, bodies, warm, is_smooth(&scene), cutoff))?;
         WallContacts::new(py, found)
     }

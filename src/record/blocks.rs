@@ -8,7 +8,7 @@ use crate::periodic::Periods;
 use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
 use crate::step::{State, Unrounded, UnroundedBody};
-use crate::walls::surface_of;
+use crate::walls::{WallState, surface_of};
 use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 
@@ -72,6 +72,9 @@ pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
     if !bodies.broken_bonds.is_empty() {
         blocks.push(u32s("broken_bonds", bodies.broken_bonds.iter().map(|bond| [*bond])));
     }
+    if !bodies.walls.is_empty() {
+        blocks.push(f64s("walls", bodies.walls.iter().map(|wall| [wall.shift, wall.velocity])));
+    }
     blocks.extend(born().any(|length| length.is_some()).then_some(birth_length));
     blocks.extend(column_blocks(&bodies.columns, bodies.len()));
     blocks
@@ -123,6 +126,15 @@ pub(super) fn read_broken_bonds(source: &mut Archive, rows: usize) -> Result<Vec
     match bonds.windows(2).position(|pair| pair[0] >= pair[1]) {
         Some(row) => Err(StateError::row("broken_bonds", row + 1)),
         None => Ok(bonds),
+    }
+}
+
+/// Reads where walls under a load are.
+pub(super) fn read_walls(source: &mut Archive, rows: usize) -> Result<Vec<WallState>, StateError> {
+    let walls = source.f64s::<2>("walls", rows)?;
+    match walls.iter().position(|wall| !wall.iter().all(|number| number.is_finite())) {
+        Some(row) => Err(StateError::row("walls", row)),
+        None => Ok(walls.into_iter().map(|[shift, velocity]| WallState { shift, velocity }).collect()),
     }
 }
 
@@ -214,6 +226,7 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
         columns: Columns::default(),
         broken_bonds: Vec::new(),
         bonds: Vec::new(),
+        walls: Vec::new(),
         periods: Periods::NONE,
         planar: false,
     })

@@ -22,7 +22,7 @@
 
 use super::blocks::{
     blocks, has_friction, has_tangents, read_bodies, read_broken_bonds, read_columns, read_concentrations,
-    read_unrounded, read_warm, unrounded_blocks,
+    read_unrounded, read_walls, read_warm, unrounded_blocks,
 };
 use super::durable;
 use super::error::{RecordError, StateError};
@@ -91,6 +91,9 @@ pub struct Header {
     /// Rows of the arrays of bonds that hold; absent without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bonds: Option<u64>,
+    /// Rows of the array of walls under a load; absent without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walls: Option<u64>,
     /// Rows of the arrays of near pairs; absent in a state without contact forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm: Option<u64>,
@@ -179,6 +182,7 @@ fn pack(
         planar: state.bodies.planar,
         broken_bonds: Some(state.bodies.broken_bonds.len() as u64).filter(|broken| *broken > 0),
         bonds: Some(state.bodies.bonds.len() as u64).filter(|bonds| *bonds > 0),
+        walls: Some(state.bodies.walls.len() as u64).filter(|walls| *walls > 0),
         warm: with_warm.then_some(state.warm.len() as u64),
         removed: state.removed.clone(),
         changed: state.changed,
@@ -204,7 +208,8 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     let warm = header.warm.unwrap_or(0);
     let broken = header.broken_bonds.unwrap_or(0);
     let bonds = header.bonds.unwrap_or(0);
-    if header.bodies.max(warm).max(bonds) > bytes.len() as u64 / LEAST_ROW {
+    let walls = header.walls.unwrap_or(0);
+    if header.bodies.max(warm).max(bonds).max(walls) > bytes.len() as u64 / LEAST_ROW {
         return Err(StateError::damaged("the header", "it claims more rows than the file can hold"));
     }
     let rows = header.bodies as usize;
@@ -217,6 +222,9 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     }
     if bonds > 0 {
         bodies.bonds = read_bonds(&mut archive, [bonds as usize, rows])?;
+    }
+    if walls > 0 {
+        bodies.walls = read_walls(&mut archive, walls as usize)?;
     }
     if header.columns.windows(2).any(|names| names[0] >= names[1]) {
         return Err(StateError::damaged("the header", "the names of its columns do not ascend"));

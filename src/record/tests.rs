@@ -48,6 +48,7 @@ fn state() -> State {
         columns,
         broken_bonds: vec![0, 3, 4],
         bonds: bonds(),
+        walls: vec![crate::bodies::WallState { shift: 0.3, velocity: -1e-300 }, Default::default()],
         periods: Periods::NONE,
         planar: false,
         position: (0..4).map(vector).collect(),

@@ -11,7 +11,7 @@ use crate::bodies::Bodies;
 use crate::fields::{Border, Concentration, Field};
 use crate::periodic::{Periodic, Periods};
 use crate::scene::Scene;
-use crate::walls::{Line, Wall, Walls, edges};
+use crate::walls::{Line, Wall, WallState, Walls, edges, standing};
 use glam::DVec3;
 use rayon::prelude::*;
 use tiny_skia::{FillRule, Mask, PathBuilder, Stroke, Transform};
@@ -63,20 +63,21 @@ impl Backdrop {
         Backdrop { walls, periods, scene_walls: scene.walls.clone(), cell, time, groups, most_named, field: None }
     }
 
-    /// That of a state at a time, with these concentrations.
-    pub fn of_state(&self, time: f64, fields: &[Concentration]) -> Backdrop {
+    /// That of a state at a time, with these walls under a load and concentrations.
+    pub fn of_state(&self, time: f64, walls: &[WallState], fields: &[Concentration]) -> Backdrop {
         let periodic = self.periods.lengths().map(|length| length.is_some());
         let field = fields.first().map(|of| {
             let most = of.values.iter().copied().fold(self.most_named, f64::max);
             DrawnField { of: of.clone(), most, periodic }
         });
-        Backdrop { field, ..self.at(time) }
+        Backdrop { field, ..self.at(time, walls) }
     }
 
-    /// The same at another time.
-    pub fn at(&self, time: f64) -> Backdrop {
+    /// The same at another time, with walls under a load where these states have them.
+    pub fn at(&self, time: f64, states: &[WallState]) -> Backdrop {
         let periods = self.cell.map_or(self.periods, |cell| cell.at(time));
-        Backdrop { walls: self.walls.at(time), periods, time, ..self.clone() }
+        let (walls, scene_walls) = (self.walls.at(time).gone(states), standing(&self.scene_walls, states));
+        Backdrop { walls, scene_walls, periods, time, ..self.clone() }
     }
 
     /// Draws it behind the bodies of a picture.

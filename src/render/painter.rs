@@ -276,7 +276,7 @@ impl Painter<'_> {
             scale_bar: self.frames.words,
             ..View::default()
         };
-        let backdrop = self.backdrop.of_state(state.time, &state.fields);
+        let backdrop = self.backdrop.of_state(state.time, &state.bodies.walls, &state.fields);
         let paint = |inks: [Vec3; 2]| {
             let mut image = match self.rays {
                 Some(rays) => painted(bodies, &view, camera, colours, inks, on_device(rays))?,
@@ -309,8 +309,11 @@ impl Painter<'_> {
         scale: Option<Scale>,
     ) -> Page {
         let words = self.frames.words.then(|| (caption::words(state), self.frames.colour, scale));
-        let (backdrop, background, size) =
-            (&self.backdrop.of_state(state.time, &state.fields), self.frames.background, self.size);
+        let (backdrop, background, size) = (
+            &self.backdrop.of_state(state.time, &state.bodies.walls, &state.fields),
+            self.frames.background,
+            self.size,
+        );
         vector::page(&vector::Drawn { bodies, colours, backdrop, camera, background, size, words })
     }
 }

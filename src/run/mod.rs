@@ -452,7 +452,8 @@ impl Run {
         let bodies = state.bodies.wrapped();
         let mut image = picture(&bodies, &view);
         let backdrop = Backdrop::of(self.simulation.scene());
-        backdrop.of_state(self.simulation.time(), &state.fields).behind(&mut image, &view, &bodies);
+        let backdrop = backdrop.of_state(self.simulation.time(), &bodies.walls, &state.fields);
+        backdrop.behind(&mut image, &view, &bodies);
         image.encode(&mut bytes).map_err(RecordError::io(&path, "pack it"))?;
         Ok(durable::write(&path, &bytes)?)
     }

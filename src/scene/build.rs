@@ -6,6 +6,7 @@ use super::{Body, Growth, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::dynamics::bonds::daughters::ENDS;
 use crate::separation::Placed;
+use crate::walls::left;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
@@ -131,6 +132,7 @@ impl Scene {
         });
         let mut scene = self.with_defaults();
         scene.bodies = written_bodies.collect();
+        scene.walls = left(&scene.walls, &bodies.walls);
         (scene.bonds, scene.joints) = self.bonds().left(bodies);
         scene.generate = Vec::new();
         if !scene.removal.is_empty() || scene.group_names().len() < names.len() {

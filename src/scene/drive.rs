@@ -82,7 +82,8 @@ impl Scene {
 
     fn ways_of_walls(&self) -> impl Iterator<Item = f64> + '_ {
         let motions = self.walls.iter().filter_map(Wall::motion);
-        motions.map(|motion| self.time.dt * DVec3::from(motion.velocity).length())
+        let moved = motions.map(|motion| self.time.dt * DVec3::from(motion.velocity).length());
+        moved.chain(self.walls().ways_of_loads(self.time.dt))
     }
 
     /// The wall that moves farthest in a step, with this displacement in thicknesses of the thinnest body.

@@ -50,7 +50,7 @@ pub use crate::lcp::SolverKind;
 pub use crate::periodic::{Axis, CellShear, Periodic};
 pub use crate::removal::Removal;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
-pub use crate::walls::{Wall, WallMotion};
+pub use crate::walls::{Wall, WallLoad, WallMotion};
 #[cfg(feature = "files")]
 pub use built_in::BuiltIn;
 #[cfg(feature = "files")]

@@ -160,7 +160,7 @@ impl Scene {
 impl Scene {
     /// The surfaces of all walls at the scene's start. [`Walls::at`] gives those at another time.
     pub fn walls(&self) -> Walls {
-        Walls::new(&self.walls, self.planar).at(self.time.start)
+        Walls::in_space(&self.walls, self.planar, &self.periods()).at(self.time.start)
     }
 
     /// The periods of space at the scene's start.

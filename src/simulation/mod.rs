@@ -368,7 +368,9 @@ impl Simulation {
 
     /// The walls at the present time.
     pub fn walls(&self) -> Walls {
-        self.scene.walls().at(self.time())
+        // Only the CPU moves walls by loads.
+        let states = self.backend.known_bodies().map_or(&[][..], |bodies| &bodies.walls);
+        self.scene.walls().at(self.time()).gone(states)
     }
 
     /// Every body and surface of a wall whose separation is at most `cutoff`. See
@@ -385,7 +387,7 @@ impl Simulation {
 fn parts_first(scene: &Scene, model: &Model, plan: &Plan, state: &State) -> bool {
     let may_overlap = state.step == 0 || state.changed;
     may_overlap && scene.dynamics.has_inertia() && plan.promises() && {
-        let walls = model.walls.at(scene.time.after(state.step));
+        let walls = model.walls.at(scene.time.after(state.step)).gone(&state.bodies.walls);
         let apart = model.bonds.rigid_stretch(&state.bodies);
         max_overlap_but(&model.fixed, &state.bodies, &walls).max(apart) > scene.contact.overlap_tolerance
     }

@@ -80,7 +80,7 @@ impl Together {
     }
 
     /// Whether steps of a scene can be distributed: the solver must support it, saved LCPs need all rows. Steps with
-    /// friction, restitution or implicit bonds are not distributed.
+    /// friction, restitution, implicit bonds or walls under a load are not distributed.
     fn shares(&self, scene: &Scene) -> bool {
         let supported = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
         supported
@@ -90,6 +90,7 @@ impl Together {
             && scene.fields.is_empty()
             && scene.bonds().first_implicit().is_none()
             && scene.growth.iter().all(|growth| growth.bond_daughters.is_none())
+            && scene.walls.iter().all(|wall| wall.load().is_none())
             && shares(&scene.model(), self.processes)
     }
 

@@ -10,7 +10,7 @@ use crate::periodic::Tilt;
 use crate::record::Snapshot;
 use crate::render::Quantity;
 use crate::scene::Scene;
-use crate::walls::{Moved, Wall};
+use crate::walls::{Moved, Wall, WallState, standing};
 use glam::DQuat;
 use serde::Serialize;
 use serde_json::Value;
@@ -88,6 +88,9 @@ pub(super) struct StateHeader {
     /// Which of the scene's bonds are broken.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     broken_bonds: Vec<u32>,
+    /// Where walls under a load are.
+    #[serde(skip)]
+    loaded: Vec<WallState>,
     /// The periods of space then, where they change.
     #[serde(skip_serializing_if = "Option::is_none")]
     periods: Option<[Option<f64>; 3]>,
@@ -118,14 +121,24 @@ impl StateHeader {
             time: state.time,
             bodies: state.bodies.len(),
             broken_bonds: state.bodies.broken_bonds.clone(),
+            loaded: state.bodies.walls.clone(),
             ..StateHeader::default()
         }
     }
 
     /// Tells where the walls are, if any moves.
     fn place_walls(&mut self, walls: &[Wall]) {
-        if walls.iter().any(|wall| wall.motion().is_some()) {
-            self.walls = walls.iter().map(|wall| wall.moved(self.time).map(WallPlace::of)).collect();
+        if walls.iter().any(|wall| wall.motion().is_some() || wall.load().is_some()) {
+            let stand = standing(walls, &self.loaded);
+            let place = |(wall, stands): (&Wall, &Wall)| {
+                let gone = stands.reference() - wall.reference();
+                let moved = match wall.load() {
+                    Some(_) => Moved { reference: wall.reference(), shift: gone, turn: None },
+                    None => wall.moved(self.time)?,
+                };
+                Some(WallPlace::of(moved))
+            };
+            self.walls = walls.iter().zip(&stand).map(place).collect();
         }
     }
 }

@@ -209,7 +209,7 @@ impl Prepared {
         let settings = Settings::default();
         let seen = View::new(&state, frame, &settings);
         let measured = Measured::of(&seen);
-        let touching = Touching::of(&seen, &walls.at(state.time), all, last);
+        let touching = Touching::of(&seen, &walls.at(state.time).gone(&state.bodies.walls), all, last);
         drop(seen);
         Prepared { state, measured, touching }
     }

@@ -67,7 +67,7 @@ mod tests {
     fn areas_are_those_of_the_surfaces() {
         let (open, cell) = (Periods::NONE, Periods::new([Some(3.0), Some(5.0), None]));
         let tube = Periods::new([None, None, Some(4.0)]);
-        let floor = Wall::HalfSpace { normal: [0.0, 0.0, 2.0], offset: 0.0, motion: None, friction: None };
+        let floor = Wall::HalfSpace { normal: [0.0, 0.0, 2.0], offset: 0.0, motion: None, friction: None, load: None };
         let sides =
             Wall::Channel { normal: [0.0, 1.0, 0.0], center: [0.0; 3], width: 2.0, motion: None, friction: None };
         let room = Wall::Box { minimum: [0.0; 3], maximum: [2.0, 3.0, 5.0], motion: None, friction: None };

@@ -93,7 +93,7 @@ mod tests {
     fn lines_lie_on_their_wall() {
         let (center, normal) = ([1.0, -2.0, 0.5], [0.3, 0.2, 2.0]);
         let walls = [
-            Wall::HalfSpace { normal, offset: -1.5, motion: None, friction: None },
+            Wall::HalfSpace { normal, offset: -1.5, motion: None, friction: None, load: None },
             Wall::Channel { normal, center, width: 3.0, motion: None, friction: None },
             Wall::Box { minimum: [-1.0, -2.0, -3.0], maximum: [2.0, 3.0, 4.0], motion: None, friction: None },
             Wall::Sphere { center, radius: 2.5, motion: None, friction: None },

@@ -1,15 +1,15 @@
-//! The walls of a scene: surfaces that bodies stay inside of, without unknowns. They stand still or have a motion of
-//! their own.
+//! The walls of a scene: surfaces that bodies stay inside of, without unknowns. They stand still, have a motion of
+//! their own, or are moved by a load.
 //!
 //! Each surface of a wall (a box has six) is to a body like another body that nothing can push: it has a number in the
 //! place of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of
 //! `J` is zero.
 
-#[cfg(feature = "files")]
 mod area;
 mod enclosure;
 #[cfg(feature = "files")]
 mod lines;
+mod load;
 mod motion;
 mod number;
 #[cfg(feature = "files")]
@@ -18,6 +18,10 @@ mod wall;
 
 #[cfg(feature = "files")]
 pub(crate) use lines::{Line, edges};
+pub use load::WallLoad;
+pub(crate) use load::left;
+#[cfg(feature = "files")]
+pub(crate) use load::standing;
 #[cfg(feature = "files")]
 pub(crate) use motion::Moved;
 pub use motion::WallMotion;
@@ -30,10 +34,13 @@ pub(crate) use push::WallPush;
 pub use wall::Wall;
 pub(crate) use wall::across;
 
+pub use crate::bodies::WallState;
+
 use crate::bodies::Bodies;
 use crate::periodic::Periods;
 use crate::separation::{Placed, Separation, Surface};
 use glam::DVec3;
+use load::Loaded;
 use rayon::prelude::*;
 
 /// A loop over fewer bodies than this runs on one thread; a body's gap to a surface takes some 20 ns.
@@ -82,6 +89,8 @@ pub struct Walls {
     friction: Vec<Option<f64>>,
     /// The surfaces that move.
     moving: Vec<Moving>,
+    /// Those that loads move.
+    loaded: Vec<Loaded>,
 }
 
 /// A surface that moves.
@@ -97,6 +106,11 @@ struct Moving {
 impl Walls {
     /// The surfaces of these walls at time 0; in the plane those that bodies can meet.
     pub fn new(all: &[Wall], planar: bool) -> Walls {
+        Walls::in_space(all, planar, &Periods::NONE)
+    }
+
+    /// The same in a space with periods, over which pressures are taken.
+    pub fn in_space(all: &[Wall], planar: bool, periods: &Periods) -> Walls {
         let mut walls = Walls::default();
         for (index, wall) in all.iter().enumerate() {
             let first = walls.surfaces.len();
@@ -105,6 +119,7 @@ impl Walls {
                 let moving = |(at, given): (usize, &Surface)| Moving { at: first + at, given: *given, wall: *wall };
                 walls.moving.extend(walls.surfaces[first..].iter().enumerate().map(moving));
             }
+            walls.loaded.extend(wall.loaded(first, periods, planar));
             walls.wall.resize(walls.surfaces.len(), index);
             walls.friction.resize(walls.surfaces.len(), wall.friction());
         }
@@ -116,7 +131,7 @@ impl Walls {
     /// ```
     /// use relcp::walls::{Wall, WallMotion, Walls};
     /// let motion = Some(WallMotion::new([0.5, 0.0, 0.0]));
-    /// let piston = Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: 0.0, motion, friction: None };
+    /// let piston = Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: 0.0, motion, friction: None, load: None };
     /// let walls = Walls::new(&[piston], false);
     /// assert!(walls.move_in_time() && walls.at(0.0) == walls && walls.at(2.0) != walls);
     /// ```
@@ -136,7 +151,7 @@ impl Walls {
     /// use glam::DVec3;
     /// use relcp::walls::{Wall, WallMotion, Walls};
     /// let motion = Some(WallMotion::new([0.5, 0.0, 0.0]));
-    /// let belt = Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion, friction: None };
+    /// let belt = Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion, friction: None, load: None };
     /// let velocity = Walls::new(&[belt], false).velocity(0, DVec3::ZERO, [1.0, 1.5]);
     /// assert!(velocity.abs_diff_eq(DVec3::new(0.5, 0.0, 0.0), 1e-15));
     /// ```
@@ -151,14 +166,19 @@ impl Walls {
         &self.friction
     }
 
-    /// Whether any of them has a motion.
+    /// Whether any of them has a motion or a load.
     pub fn move_in_time(&self) -> bool {
-        !self.moving.is_empty()
+        !self.moving.is_empty() || !self.loaded.is_empty()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.surfaces.is_empty()
+    }
+
+    /// Puts a surface elsewhere.
+    pub(crate) fn set(&mut self, at: usize, surface: Surface) {
+        self.surfaces[at] = surface;
     }
 
     /// How many surfaces there are.

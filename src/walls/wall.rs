@@ -1,5 +1,6 @@
 //! The walls that a scene may have, and their surfaces.
 
+use super::load::WallLoad;
 use super::motion::{Moved, WallMotion};
 use crate::separation::Surface;
 use glam::DVec3;
@@ -24,6 +25,9 @@ pub enum Wall {
         #[cfg_attr(feature = "files", schemars(range(min = 0, max = 10)))]
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         friction: Option<f64>,
+        /// A load that moves it along its normal, against a drag or a mass of its own. Without it: none.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        load: Option<WallLoad>,
     },
     /// Two parallel planes with the bodies between them.
     Channel {

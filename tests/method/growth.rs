@@ -233,7 +233,8 @@ fn scenes_with_memory() -> Vec<Scene> {
     let mut heavy = ellipsoids(json!("relcp"), 600, 5);
     heavy.dynamics = Dynamics::Inertial { density: 0.2, drag: None };
     let mut on_a_floor = ellipsoids(json!("relcp"), 600, 8);
-    on_a_floor.walls = vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -1.0, motion: None, friction: None }];
+    on_a_floor.walls =
+        vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -1.0, motion: None, friction: None, load: None }];
     let midpoint = |mut scene: Scene| {
         scene.time.stepping = Stepping::Midpoint;
         scene

@@ -22,6 +22,7 @@ mod held_bonds;
 mod implicit_bonds;
 mod joints;
 mod knots;
+mod loaded_walls;
 mod motion;
 mod moving_walls;
 mod nutrients;

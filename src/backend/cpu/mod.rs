@@ -17,6 +17,7 @@ mod friction;
 #[cfg(feature = "gpu")]
 pub(crate) mod hosted;
 mod keeper;
+mod loaded;
 mod motions;
 mod narrow_phase;
 mod near;
@@ -110,6 +111,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         state.bodies.periods = model.strain.map_or(model.periods, now);
         state.bodies.planar = model.planar;
         state.unrounded = None;
+        if state.bodies.walls.len() != setup.walls.loaded().len() {
+            state.bodies.walls = setup.walls.first_states();
+        }
         // What is remembered of another scene's walls is of no use.
         state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < setup.walls.len()));
         Ok(Cpu {
@@ -183,6 +187,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         rows.velocity_of_bonds(&mut trial.bonded);
         team.exchange(&mut trial.scaled);
         let own = trial.set(motions, start);
+        start.press(&trial.scaled);
         match self.team.first_trouble(own) {
             Some(Trouble { kind, body, .. }) => {
                 let what = if kind == 0 { "velocity" } else { "pose" };

@@ -92,9 +92,9 @@ impl Motions {
     }
 
     /// A body's or a wall's part in the rows of a contact.
-    pub(super) fn mover(&self, start: &Start, number: u32, reached: &[Twist]) -> Mover<'_> {
+    pub(super) fn mover<'a>(&'a self, start: &'a Start, number: u32, reached: &[Twist]) -> Mover<'a> {
         match surface_of(number) {
-            Some(_) => FIXED,
+            Some(surface) => start.loaded_wall(surface).map_or(FIXED, |wall| wall.mover(start.interval)),
             None => {
                 let body = number as usize;
                 let axis = start.axis_of_revolution(body);

@@ -1,5 +1,6 @@
 //! What a step, or a piece of one, starts from: `C^k` with the bodies and the lengths of this step, and its middle.
 
+use super::loaded::LoadedWall;
 use super::setup::Setup;
 use crate::bodies::Bodies;
 use crate::dynamics::bonds::daughters::bonds_of;
@@ -47,7 +48,9 @@ pub struct Start {
     /// Whether first rows of these may be made where the last velocities lead.
     pub(super) leads: bool,
     /// Moving walls: at the piece's start, at the end of the present part, and at its middle once that is known.
-    walls: Option<[Walls; 3]>,
+    pub(super) walls: Option<[Walls; 3]>,
+    /// The walls under a load.
+    pub(super) loaded: Vec<LoadedWall>,
     /// The rates at which the lengths of a cell that changes do so; none where bodies are parted.
     strained: Option<DVec3>,
     /// Flags of fixed bodies; empty if there are none.
@@ -92,6 +95,7 @@ impl Start {
             daughters: Bonds::default(),
             leads: false,
             walls: None,
+            loaded: Vec::new(),
             strained: None,
             held: Vec::new(),
             lengthened: Vec::new(),
@@ -243,6 +247,7 @@ impl Start {
         let interval = if self.parting { 0.0 } else { self.interval };
         let times = [0.0, 1.0, 0.5].map(|part| self.time + part * interval);
         self.walls = setup.walls.move_in_time().then(|| times.map(|time| setup.walls.at(time)));
+        self.load_walls(setup);
     }
 
     /// Sets the periods at the end of the present part.

@@ -146,6 +146,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         let mut end = std::mem::take(&mut start.bodies);
         end.periods = start.periods;
         trial.arrive(&mut end, &arrived);
+        start.leave_walls(&mut end.walls);
         if let Some(incidence) = &start.bonds {
             setup.bonds.find_broken(incidence, &mut end);
         }

@@ -66,6 +66,8 @@ impl Device {
             lineage,
             columns: Columns::default(),
             bonds: Vec::new(),
+            // A device refuses walls under a load.
+            walls: Vec::new(),
             broken_bonds: motions.bonds.as_ref().map_or(Ok(Vec::new()), |bonds| bonds.read_broken(gpu, setup))?,
         };
         Ok((bodies, read.unrounded))

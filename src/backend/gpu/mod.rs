@@ -96,6 +96,9 @@ impl Device {
     /// # Errors
     /// [`GpuError::Unsupported`] for features that only the CPU has.
     pub fn check(model: &Model) -> Result<(), GpuError> {
+        if !model.walls.loaded().is_empty() {
+            return Err(GpuError::Unsupported { what: "walls under a load".into() });
+        }
         match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
             RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),

@@ -93,7 +93,11 @@ impl Scene {
         let key = key.field(region.name());
         check_wall(&key, region)?;
         check_digits(&key, region, self.contact.overlap_tolerance)?;
-        let given = [("motion", region.motion().is_some()), ("friction", region.friction().is_some())];
+        let given = [
+            ("motion", region.motion().is_some()),
+            ("friction", region.friction().is_some()),
+            ("load", region.load().is_some()),
+        ];
         if let Some((name, _)) = given.into_iter().find(|(_, given)| *given) {
             return Err(SceneError::bad(key.field(name), "is for walls only; a region is no wall"));
         }

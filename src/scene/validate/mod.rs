@@ -14,6 +14,7 @@ mod friction;
 mod generate;
 mod growth;
 mod joints;
+mod loads;
 mod patterns;
 mod periodic;
 mod planar;

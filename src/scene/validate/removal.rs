@@ -33,6 +33,10 @@ impl Scene {
                     let message = "is for walls only; the border of a removal region does not move";
                     return Err(SceneError::bad(key.field("motion"), message));
                 }
+                if shape.load().is_some() {
+                    let message = "is for walls only; the border of a removal region does not move";
+                    return Err(SceneError::bad(key.field("load"), message));
+                }
                 if shape.friction().is_some() {
                     let message = "is for walls only; bodies do not touch the border of a removal region";
                     return Err(SceneError::bad(key.field("friction"), message));

@@ -31,6 +31,9 @@ impl Scene {
             if let Some(motion) = wall.motion() {
                 self.check_motion(&key.field("motion"), wall, motion)?;
             }
+            if let Some(load) = wall.load() {
+                self.check_load(&key, wall, load)?;
+            }
             if self.planar {
                 check_upright(&key, wall, self.plane())?;
             }

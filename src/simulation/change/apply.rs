@@ -200,7 +200,7 @@ impl Applied {
     fn finish(mut self, limits: &Limits, scene: &Scene) -> Result<Applied, ChangeError> {
         let State { bodies, warm, step, .. } = &mut self.state;
         let cutoff = scene.cutoff_of(bodies.shape.iter().copied());
-        let walls = scene.walls().at(scene.time.after(*step));
+        let walls = scene.walls().at(scene.time.after(*step)).gone(&bodies.walls);
         for (body, _) in self.touched.iter().enumerate().filter(|(_, touched)| **touched) {
             let checked = limits.body(scene, bodies, body, (&walls, cutoff));
             checked.map_err(|(what, why)| At { what, row: body, body }.refused(bodies, why))?;

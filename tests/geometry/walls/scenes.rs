@@ -158,7 +158,8 @@ fn bodies_that_start_outside_are_refused() {
 #[test]
 fn a_device_has_walls_but_for_sub_spheres() {
     let mut scene = Scene::built_in("three-capsules").unwrap();
-    scene.walls = vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -9.0, motion: None, friction: None }];
+    scene.walls =
+        vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -9.0, motion: None, friction: None, load: None }];
     Device::check(&scene.model()).unwrap();
     scene.contact.method = Method::Multisphere { count: 5 };
     assert_eq!(Device::check(&scene.model()), Err(GpuError::Unsupported { what: "multi-sphere rows".into() }));

@@ -96,7 +96,8 @@ mod tests {
         let ball = moving(upright(sphere(0.5), [0.0; 3]), [3.0, 0.0, 4.0], [0.0, 2.0, 0.0]);
         let mut start = Start::inertial(0.1, vec![ball, upright(sphere(0.5), [3.0, 0.0, 0.0])]);
         let motion = Some(with!(angular_velocity: Some([0.0, 0.0, 1.0]), ..WallMotion::new([0.0, 2.0, 0.0])));
-        start.scene.walls = vec![Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1.0, motion, friction: None }];
+        start.scene.walls =
+            vec![Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1.0, motion, friction: None, load: None }];
         let (bodies, free) = (start.scene.build().unwrap(), Free::of(&start.scene));
         assert!((free.way(&bodies) - 0.5).abs() < 1e-12);
         assert!((free.turn(&bodies) - 0.1).abs() < 1e-12);

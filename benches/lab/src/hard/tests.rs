@@ -94,7 +94,8 @@ fn an_audit_finds_what_a_report_hides() {
 fn an_audit_looks_at_walls() {
     let mut start = Start::still(0.1, vec![upright(sphere(0.5), [0.0; 3])]);
     let bodies = start.scene.build().unwrap();
-    start.scene.walls = vec![Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -0.4, motion: None, friction: None }];
+    start.scene.walls =
+        vec![Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -0.4, motion: None, friction: None, load: None }];
     let mut figures = good();
     figures.audit(&StepReport::default(), &bodies, &start.scene.walls(), Precision::F64);
     assert_eq!((figures.steps_over, figures.steps_misreported), (1, 1));

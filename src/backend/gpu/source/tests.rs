@@ -55,7 +55,7 @@ fn setups() -> Vec<Setup> {
 fn carry(scene: &mut Scene) {
     scene.flow = Some(Flow::Shear { rate: 2.0, direction: [1.0, 0.0, 0.0], gradient: [0.0, 1.0, 0.0] });
     let motion = Some(WallMotion { angular_velocity: Some([0.0, 0.0, 1.0]), ..WallMotion::new([1.0, 0.0, 0.0]) });
-    scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1e3, motion, friction: None });
+    scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1e3, motion, friction: None, load: None });
 }
 
 /// Only the kernel of forces contains a flow. Moving walls add one kernel to midpoint steps, for the walls in the

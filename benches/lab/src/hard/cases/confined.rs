@@ -52,7 +52,7 @@ fn channel(width: f64) -> Wall {
 }
 
 fn side(normal: [f64; 3], away: f64) -> Wall {
-    Wall::HalfSpace { normal, offset: -away, motion: None, friction: None }
+    Wall::HalfSpace { normal, offset: -away, motion: None, friction: None, load: None }
 }
 
 fn disc(radius: f64) -> Wall {

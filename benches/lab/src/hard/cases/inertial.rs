@@ -35,7 +35,7 @@ fn falling(mut start: Start, acceleration: f64) -> Start {
 }
 
 fn floor() -> Wall {
-    Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion: None, friction: None }
+    Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0, motion: None, friction: None, load: None }
 }
 
 /// A box on the floor, open or closed above.
@@ -102,7 +102,7 @@ fn drops() -> Vec<Case> {
     let shape = ellipsoid([0.2, 0.35, 0.6]);
     let start = midpoint(falling(Start::inertial(0.01, above(32, shape, 27, 3)), 10.0));
     let cup = [[1.0, 0.0, 0.5], [-1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, -1.0, 0.5]];
-    let walls = cup.map(|normal| Wall::HalfSpace { normal, offset: -1.6, motion: None, friction: None });
+    let walls = cup.map(|normal| Wall::HalfSpace { normal, offset: -1.6, motion: None, friction: None, load: None });
     cases.push(case("27 ellipsoids fall into a funnel, midpoint", 200, within(start, walls.to_vec()), Law::NoGain));
     cases
 }

@@ -74,7 +74,8 @@ pub fn chamber(seed: u64, number: u64, stalls: bool) -> Chamber {
     let on_no_room = if stalls { OnNoRoom::Stall } else { OnNoRoom::Stop };
     let growth = with!(on_no_room, ..growth(random));
     let (sin, cos) = tilt.to_radians().sin_cos();
-    let half_space = |normal: [f64; 3], offset: f64| Wall::HalfSpace { normal, offset, motion: None, friction: None };
+    let half_space =
+        |normal: [f64; 3], offset: f64| Wall::HalfSpace { normal, offset, motion: None, friction: None, load: None };
     let founder = founder(random, width, DVec3::new(-sin, cos, 0.0));
     let dt = random.log_within(DT[0], DT[1]);
     let scene = with!(

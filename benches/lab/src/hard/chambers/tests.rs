@@ -61,6 +61,7 @@ fn a_low_chamber_overflows_for_two_generations() {
         offset: -4.0,
         motion: None,
         friction: None,
+        load: None,
     })];
     low.scene.time.dt = 5e-3;
     let row = run(&low, u64::MAX);

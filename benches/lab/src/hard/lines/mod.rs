@@ -120,10 +120,12 @@ impl Line {
         let closes = Some(WallMotion::new([-1.0, 0.0, 0.0]));
         let other = match self.kind {
             Kind::InSphere => Wall::Sphere { center: [0.0; 3], radius: 2.0, motion: None, friction: None },
-            _ => Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -half, motion: None, friction: None },
+            _ => Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -half, motion: None, friction: None, load: None },
         };
-        scene.walls =
-            vec![other, Wall::HalfSpace { normal: [-1.0, 0.0, 0.0], offset: -half, motion: closes, friction: None }];
+        scene.walls = vec![
+            other,
+            Wall::HalfSpace { normal: [-1.0, 0.0, 0.0], offset: -half, motion: closes, friction: None, load: None },
+        ];
         start
     }
 

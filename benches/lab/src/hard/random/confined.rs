@@ -121,6 +121,7 @@ fn space(random: &mut Random, width: f64, division: f64) -> (Vec<Wall>, Body, &'
         offset: -half_length,
         motion: None,
         friction: None,
+        load: None,
     };
     // In a narrow channel the founder lies along it.
     let most = (width - DIAMETER) / length;

@@ -76,7 +76,7 @@ pub(super) fn across(random: &mut Random, normal: DVec3, planar: bool) -> DVec3 
 }
 
 pub(super) fn floor(normal: DVec3, below: f64) -> Wall {
-    Wall::HalfSpace { normal: normal.to_array(), offset: -below, motion: None, friction: None }
+    Wall::HalfSpace { normal: normal.to_array(), offset: -below, motion: None, friction: None, load: None }
 }
 
 pub(super) fn channel(normal: DVec3, width: f64) -> Wall {

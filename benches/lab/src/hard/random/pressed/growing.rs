@@ -39,7 +39,7 @@ pub(super) fn draw(random: &mut Random, name: &str) -> Drawn {
     let growth = growth(random);
     let dt = random.log_within(DT[0], DT[1]);
     let time = random.within(GENERATIONS[0], GENERATIONS[1]) * 2.0_f64.ln() / growth.rate;
-    let top = Wall::HalfSpace { normal: [0.0, -1.0, 0.0], offset: -height, motion: None, friction: None };
+    let top = Wall::HalfSpace { normal: [0.0, -1.0, 0.0], offset: -height, motion: None, friction: None, load: None };
     let stalls = growth.on_no_room == OnNoRoom::Stall;
     let scene = with!(
         seed: random.any(),

@@ -42,7 +42,7 @@ impl Closing {
     pub(super) fn wall(&self, normal: DVec3, away: f64) -> Wall {
         let velocity = (self.speed * normal).to_array();
         let motion = Some(with!(window: Some(Window::between(0.0, self.end)), ..WallMotion::new(velocity)));
-        Wall::HalfSpace { normal: normal.to_array(), offset: -away, motion, friction: None }
+        Wall::HalfSpace { normal: normal.to_array(), offset: -away, motion, friction: None, load: None }
     }
 }
 
