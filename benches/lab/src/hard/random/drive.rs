@@ -5,7 +5,7 @@ use super::shapes::Mixture;
 use crate::hard::start::Random;
 use glam::DVec3;
 use relcp::scene::{
-    Body, ContactSettings, Dynamics, Force, Growth, OnFailure, OnNoRoom, Recursion, Scene, Solver, SolverKind,
+    Body, ContactSettings, Drag, Dynamics, Force, Growth, OnFailure, OnNoRoom, Recursion, Scene, Solver, SolverKind,
     Stepping, Stop,
 };
 
