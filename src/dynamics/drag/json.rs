@@ -104,6 +104,7 @@ impl JsonSchema for Drag {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let object = generator.subschema_for::<Keys>();
-        json_schema!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, object] })
+        // The bound is of numbers: it is beside the alternatives for readers that do not look into them.
+        json_schema!({ "exclusiveMinimum": 0, "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, object] })
     }
 }
