@@ -151,6 +151,11 @@ impl Simulation {
         let beginning = Beginning::of(&state, cutoff, parts_first);
         #[cfg(feature = "mpi")]
         if let Compute::Together(together) = compute {
+            // The fields of other processes would stay what they are at the start.
+            if !scene.fields.is_empty() {
+                let what = "a scene with `fields` runs on one process".into();
+                return Err(Fault::Change { step: state.step, what });
+            }
             return together.start(scene, state, beginning);
         }
         let backend = compute.backend(&scene, state)?;

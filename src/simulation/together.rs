@@ -87,7 +87,6 @@ impl Together {
             && scene.solver.dump.is_none()
             && scene.friction().is_none()
             && scene.contact.restitution.is_none()
-            && scene.fields.is_empty()
             && scene.bonds().first_implicit().is_none()
             && scene.growth.iter().all(|growth| growth.bond_daughters.is_none())
             && scene.walls.iter().all(|wall| wall.load().is_none())

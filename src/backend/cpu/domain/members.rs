@@ -19,8 +19,8 @@ pub(super) struct Known {
     pub place: u32,
     /// How far it may go in the step.
     pub way: f64,
-    /// The pressure that slows its growth.
-    pub pressure: f64,
+    /// What slows its growth.
+    pub slowing: f64,
 }
 
 /// A body in a message: its owner and its words.
@@ -39,9 +39,9 @@ impl Members {
     pub fn new(mut words: Vec<Member>, like: &Bodies) -> Self {
         words.sort_unstable_by_key(|(_, words)| words[0]);
         let mut members = Members { known: Vec::new(), owner: Vec::new(), bodies: like.none_like() };
-        for (owner, [number, place, way, pressure, body @ ..]) in words {
-            let (way, pressure) = (f64::from_bits(way), f64::from_bits(pressure));
-            members.known.push(Known { number: number as u32, place: place as u32, way, pressure });
+        for (owner, [number, place, way, slowing, body @ ..]) in words {
+            let (way, slowing) = (f64::from_bits(way), f64::from_bits(slowing));
+            members.known.push(Known { number: number as u32, place: place as u32, way, slowing });
             members.owner.push(owner);
             push(&mut members.bodies, &body);
         }
@@ -79,8 +79,8 @@ impl Members {
 /// The words of a body and of what is known of it.
 pub(super) fn words(known: &Known, bodies: &Bodies, i: usize) -> [u64; MEMBER] {
     let mut words = [0; MEMBER];
-    let Known { number, place, way, pressure } = *known;
-    words[..4].copy_from_slice(&[number.into(), place.into(), way.to_bits(), pressure.to_bits()]);
+    let Known { number, place, way, slowing } = *known;
+    words[..4].copy_from_slice(&[number.into(), place.into(), way.to_bits(), slowing.to_bits()]);
     words[4..].copy_from_slice(&pack(bodies, i));
     words
 }
@@ -137,7 +137,7 @@ mod tests {
             let birth_length = (i > 1).then_some(2.5);
             bodies.lineage[i] = Lineage { id: 7, parent, birth: 0.25, generation: u32::MAX, birth_length };
         }
-        let known = |i: u32| Known { number: i, place: 9 - i, way: 0.5, pressure: -1.0 };
+        let known = |i: u32| Known { number: i, place: 9 - i, way: 0.5, slowing: -1.0 };
         let all: Vec<Member> = (0..4).rev().map(|i| (i, words(&known(i), &bodies, i as usize))).collect();
         let arrived = Members::new(all.clone(), &bodies);
         assert_eq!(arrived.bodies, bodies);
