@@ -13,8 +13,8 @@ use glam::DVec3;
 pub enum Dynamics {
     /// Inertia is negligible: `u = F / (drag L)`, `w = 12 T / (drag L^3)` with `L` the major axis length.
     Overdamped {
-        /// Drag: the coefficient `xi` of this law, or an object with `parallel`, `perpendicular` and `rotation`, or with
-        /// `viscosity`.
+        /// Drag: the coefficient `xi` of this law, or an object with `parallel`, `perpendicular` and `rotation`, or
+        /// with `viscosity`.
         drag: Drag,
     },
     /// Newton's and Euler's equations with inelastic contact.

@@ -2,10 +2,11 @@
 //!
 //! Overdamped bodies have the load `sqrt(2 kT zeta / dt) xi` with `zeta` the resistance `xi L`, and the torque likewise
 //! with `xi L^3 / 12`; the mobility makes of it displacements of variance `2 kT M dt` (the scheme of Euler and
-//! Maruyama; D. L. Ermak, J. A. McCammon, J. Chem. Phys. 69, 1352 (1978)). No drift is added, since the mobility `M` has
-//! no divergence: it is the same at all places, and that of turning is constant in the body's own axes, about which the
-//! random turns are drawn. With [drag](super::Drag) that depends on the direction `M` turns with the body, and both hold
-//! as well: motion and turning are not coupled, so that `M` changes by turns that are independent of the random force.
+//! Maruyama; D. L. Ermak, J. A. McCammon, J. Chem. Phys. 69, 1352 (1978)). No drift is added, since the mobility `M`
+//! has no divergence: it is the same at all places, and that of turning is constant in the body's own axes, about which
+//! the random turns are drawn. With [drag](super::Drag) that depends on the direction `M` turns with the body, and both
+//! hold as well: motion and turning are not coupled, so that `M` changes by turns that are independent of the random
+//! force.
 //!
 //! Bodies with inertia and drag have the load that gives velocities `e^-a u + sqrt(kT / m (1 - e^-2a)) xi` at the
 //! step's end, the exact solution of Langevin's equation over the step, so that the variance of a free body's velocity

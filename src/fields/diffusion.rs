@@ -1,6 +1,6 @@
-//! Diffusion by implicit Euler steps along one axis after the other (G. I. Marchuk, *Splitting and alternating direction
-//! methods*, Handbook of Numerical Analysis 1 (1990)): stable at any step, of first order in it and of second order in
-//! the spacing; no concentration becomes negative, and within closed borders the amount stays.
+//! Diffusion by implicit Euler steps along one axis after the other (G. I. Marchuk, *Splitting and alternating
+//! direction methods*, Handbook of Numerical Analysis 1 (1990)): stable at any step, of first order in it and of second
+//! order in the spacing; no concentration becomes negative, and within closed borders the amount stays.
 
 use super::grid::Grid;
 use super::settings::Border;

@@ -6,9 +6,9 @@ const MOST_ITERATIONS: usize = 60;
 /// They end where the concentration changes by less than this part of it.
 const SETTLED: f64 = 1e-15;
 
-/// The concentration `c` of a cell at a step's end, by implicit Euler: `c + sum u_k c / (h_k + c) = b`, with the amounts
-/// `u_k` that would be taken up where there is plenty, and what there would be without uptake, `b`. The left side rises
-/// and is concave, so that Newton's iterations from zero come from below and stay positive.
+/// The concentration `c` of a cell at a step's end, by implicit Euler: `c + sum u_k c / (h_k + c) = b`, with the
+/// amounts `u_k` that would be taken up where there is plenty, and what there would be without uptake, `b`. The left
+/// side rises and is concave, so that Newton's iterations from zero come from below and stay positive.
 pub(super) fn after_uptake(b: f64, uptakes: &[(f64, f64)]) -> f64 {
     let mut c = 0.0;
     if b <= 0.0 {

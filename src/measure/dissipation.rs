@@ -1,5 +1,6 @@
 //! Power dissipated by drag, under the overdamped law: `sum of F . u + T . w = xi (L |u|^2 + L^3 |w|^2 / 12)` with the
-//! velocities of the last step, or with the resistances of other drag (Palmer, Aktulga, Gao 2026 for the drag; Rayleigh's dissipation function is half of it).
+//! velocities of the last step, or with the resistances of other drag (Palmer, Aktulga, Gao 2026 for the drag;
+//! Rayleigh's dissipation function is half of it).
 
 use super::{About, Column, Found, LeftOut, Measure, View, cell};
 use crate::dynamics::Drag;

@@ -16,8 +16,8 @@ pub(super) fn farthest(scene: &Scene, bodies: &Bodies) -> f64 {
     scene.time.dt * ways.fold(0.0, f64::max)
 }
 
-/// Warnings for the user of a run, once each: about its scene, about the displacement of its bodies in a step, and about
-/// the largest gap that friction left at a contact that pushes.
+/// Warnings for the user of a run, once each: about its scene, about the displacement of its bodies in a step, and
+/// about the largest gap that friction left at a contact that pushes.
 pub(super) fn warnings(scene: &Scene, farthest: f64, friction_gap: f64) -> Vec<String> {
     let moved = warning(scene, farthest).filter(|_| scene.long_step().is_none());
     let rough = of_friction(scene.contact.overlap_tolerance.max(scene.elastic_slip()), friction_gap);

@@ -167,7 +167,8 @@ fn a_batch_on_a_device_has_the_hashes_of_its_members_alone_whatever_threads_the_
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_relcp"));
         command.current_dir(place.path()).args(["batch", "sweep.json", "--backend", "gpu", "--quiet", "--out", out]);
         command.args(["--adapter", gpu.name(), "--precision", "f32"]).args(arguments);
-        // Without a number the program chooses: on a software adapter one device a thread, and no threads of the driver.
+        // Without a number the program chooses: on a software adapter one device a thread, and no threads of the
+        // driver.
         match threads {
             Some(number) => command.env("LP_NUM_THREADS", number),
             None => command.env_remove("LP_NUM_THREADS"),

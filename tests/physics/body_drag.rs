@@ -134,9 +134,9 @@ fn sample(shape: &Value, law: &Value, (dt, end): (f64, f64), planar: bool) -> Va
         "thermal": {"temperature": KT}, "bodies": (0..SAMPLE).map(body).collect::<Vec<_>>()})
 }
 
-/// Displacements along the axis that a rod starts with, and across it: `2 D t` with `D` by direction at first, and later
-/// less apart as it turns (Y. Han and others, Science 314, 626 (2006)); `<(u . u_0)^2> = 1/3 + 2/3 e^(-6 D_r t)`, in the
-/// plane `1/2 + 1/2 e^(-4 D_r t)`.
+/// Displacements along the axis that a rod starts with, and across it: `2 D t` with `D` by direction at first, and
+/// later less apart as it turns (Y. Han and others, Science 314, 626 (2006)); `<(u . u_0)^2> = 1/3 + 2/3 e^(-6 D_r t)`,
+/// in the plane `1/2 + 1/2 e^(-4 D_r t)`.
 #[test]
 fn brownian_rods_diffuse_along_and_across_their_axis_as_theory_says() {
     let shape = &shapes()[1];

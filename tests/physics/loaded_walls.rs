@@ -46,8 +46,8 @@ fn a_wall_that_nothing_stops_moves_by_its_load() {
 }
 
 /// Balls in a column under their weight and a piston: at rest each contact bears the piston's load and all weights
-/// above it, the floor all of it, and the piston stands on the column. On its way it pushes a column that does not reach the
-/// floor against all of its drags.
+/// above it, the floor all of it, and the piston stands on the column. On its way it pushes a column that does not
+/// reach the floor against all of its drags.
 #[test]
 fn a_piston_on_a_column_bears_on_it_with_its_load() {
     let (load, weight) = (5.0, 2.0);

@@ -132,8 +132,8 @@ impl Start {
         self.is_held(i) || self.is_foreign(i)
     }
 
-    /// Begins this piece of the next step with the bodies of `state` and computes what slows their growth; `warm` is the
-    /// warm start of their pairs.
+    /// Begins this piece of the next step with the bodies of `state` and computes what slows their growth; `warm` is
+    /// the warm start of their pairs.
     pub(super) fn begin(&mut self, setup: &Setup, state: &State, warm: &[Warm], (piece, waiting): (Piece, Waiting)) {
         (self.piece, self.waiting) = (piece, waiting);
         self.time = setup.time.after(state.step) + piece.start * piece.span * setup.time.dt;

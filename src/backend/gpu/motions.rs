@@ -56,8 +56,8 @@ fn rotation_root(motion: &[f64]) -> DMat3 {
     }
 }
 
-/// The root of the translational mobility in a motion, as `translation_root` of `shaders/dynamics/along.wgsl` applies it
-/// where drag depends on the direction.
+/// The root of the translational mobility in a motion, as `translation_root` of `shaders/dynamics/along.wgsl` applies
+/// it where drag depends on the direction.
 fn translation_root(setup: &Setup, motion: &[f64]) -> Root {
     match setup.has_axes_of_drag() {
         true => Root::Axes(symmetric(&motion[motion.len() - 8..])),

@@ -27,8 +27,8 @@ impl Device {
         solve.compile(gpu, start.bodies)
     }
 
-    /// What slows growth, if pressure or want may, and the growth rates for it. The host computes it from the state that
-    /// it reads back.
+    /// What slows growth, if pressure or want may, and the growth rates for it. The host computes it from the state
+    /// that it reads back.
     fn slow(&mut self) -> Result<Vec<f64>, GpuError> {
         let Some(cells) = self.setup.growth.clone().filter(Cells::may_be_slowed) else { return Ok(Vec::new()) };
         let state = self.known_state()?;

@@ -1,8 +1,8 @@
 //! The resistances of a body in Stokes flow: a viscous fluid without bounds and without inertia, at rest on the body.
 //!
 //! * **Ellipsoids** (and spheres): exact, by elliptic integrals ([`ellipsoid`]).
-//! * **Spherocylinders and tori**: no closed form in few terms is known. Fits to a computation by fundamental solutions, which
-//!   `tests/physics/stokes.rs` does again ([`rod`], [`ring`]).
+//! * **Spherocylinders and tori**: no closed form in few terms is known. Fits to a computation by fundamental
+//!   solutions, which `tests/physics/stokes.rs` does again ([`rod`], [`ring`]).
 
 mod ellipsoid;
 pub(crate) mod ring;

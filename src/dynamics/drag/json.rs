@@ -8,8 +8,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Drag that depends on the direction: `parallel` and `perpendicular`, with or without `rotation`, or `viscosity` alone.
-/// The axis of a body is its z, that of rods and rings.
+/// Drag that depends on the direction: `parallel` and `perpendicular`, with or without `rotation`, or `viscosity`
+/// alone. The axis of a body is its z, that of rods and rings.
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(rename = "BodyDrag", deny_unknown_fields, default)]
 struct Keys {
@@ -28,8 +28,8 @@ struct Keys {
     #[schemars(extend("exclusiveMinimum" = 0))]
     rotation: Option<f64>,
     /// The viscosity of a fluid, in force times time over length squared. Resistances are those of Stokes flow about
-    /// the body alone: exact for spheres (`6 pi eta r`, `8 pi eta r^3`) and ellipsoids, within 0.1 % for spherocylinders
-    /// and tori.
+    /// the body alone: exact for spheres (`6 pi eta r`, `8 pi eta r^3`) and ellipsoids, within 0.1 % for
+    /// spherocylinders and tori.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     viscosity: Option<f64>,

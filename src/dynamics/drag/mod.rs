@@ -100,7 +100,7 @@ impl Drag {
         }
     }
 
-    /// The coefficients with their keys; a number has none.
+    /// The coefficients with their keys. Drag that is a number is one coefficient without a key.
     pub(crate) fn coefficients(&self) -> Vec<(Option<&'static str>, f64)> {
         match *self {
             Drag::Even(xi) => vec![(None, xi)],

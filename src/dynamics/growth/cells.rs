@@ -111,8 +111,9 @@ impl Cells {
         self.feels_pressure() || self.species.iter().any(|growth| growth.nutrient.is_some())
     }
 
-    /// What slows the growth of each body in the step after the one that left `bodies`, `warm` and these concentrations:
-    /// its rate is multiplied by `e^-slowing`. Empty where nothing slows the growth of the scene's cells.
+    /// What slows the growth of each body in the step after the one that left `bodies`, `warm` and these
+    /// concentrations: its rate is multiplied by `e^-slowing`. Empty where nothing slows the growth of the scene's
+    /// cells.
     pub fn slowing(&self, bodies: &Bodies, warm: &[Warm], fields: &[Concentration]) -> Vec<f64> {
         if !self.may_be_slowed() {
             return Vec::new();

@@ -62,8 +62,8 @@ pub struct Growth {
     /// over length. On a GPU the state is read back for it after every step.
     #[cfg_attr(feature = "files", schemars(range(min = 0)), serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
-    /// Growth by what a field has at the cell: the rate of each cell is multiplied by `c / (half + c)`. Without it: cells
-    /// have plenty.
+    /// Growth by what a field has at the cell: the rate of each cell is multiplied by `c / (half + c)`. Without it:
+    /// cells have plenty.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub nutrient: Option<Nutrient>,
     /// The bond between the two daughters of a division; a daughter keeps the bond of her mother at her other end, so

@@ -10,9 +10,9 @@
 //!
 //! `y` lies in `K`, and not in `-K`, where `z+ > 0`. So `l < 1/p` if `h+ < 0`, else `l > 1/p`. The square root of the
 //! last equation is then `sqrt(p) |h+| R(l) = |1 - l p|` with `R = 1 / sqrt(sum ai hi^2 / (1 + l ai)^2)`. `R` is
-//! concave and rises, being a power mean of linear functions. On the first side the difference of both sides is concave, rises
-//! and begins negative at `l = 0`; on the second it does so in `1/l`, from 0. So Newton's method from there converges
-//! without a safeguard: no iterate passes the one root.
+//! concave and rises, being a power mean of linear functions. On the first side the difference of both sides is
+//! concave, rises and begins negative at `l = 0`; on the second it does so in `1/l`, from 0. So Newton's method from
+//! there converges without a safeguard: no iterate passes the one root.
 
 use super::cone::{Triple, contains, dot, dual_contains, project};
 

@@ -1,7 +1,7 @@
 //! Ellipsoids, exactly: F. Perrin, J. Phys. Radium 5, 497 (1934) for the resistances to motion, `16 pi eta / (chi +
-//! alpha_i a_i^2)`, and D. Edwardes, Q. J. Math. 26, 70 (1893), and G. B. Jeffery, Proc. R. Soc. Lond. A 102, 161 (1922)
-//! for those to turning, `16 pi eta (b^2 + c^2) / (3 (b^2 beta + c^2 gamma))` about the first axis. With `D(s)^2 = (a^2 +
-//! s)(b^2 + s)(c^2 + s)`:
+//! alpha_i a_i^2)`, and D. Edwardes, Q. J. Math. 26, 70 (1893), and G. B. Jeffery, Proc. R. Soc. Lond. A 102, 161
+//! (1922) for those to turning, `16 pi eta (b^2 + c^2) / (3 (b^2 beta + c^2 gamma))` about the first axis. With `D(s)^2
+//! = (a^2 + s)(b^2 + s)(c^2 + s)`:
 //!
 //! ```text
 //! alpha = integral from 0 to infinity of ds / ((a^2 + s) D(s)) = 2/3 R_D(b^2, c^2, a^2), and cyclically

@@ -1,11 +1,11 @@
 //! Tori: fits to the flow about them at 24 ratios of the radii from 0.001 to 0.999, by the computation of
 //! `tests/physics/stokes.rs` with up to 40 rings of sources, which settles to 1e-6.
 //!
-//! With `e` the tube's radius over that of its circle, `R`, and `l = ln(8 / e)`, a resistance is `U / (l + c_0 + e^2 (c_1 +
-//! c_2 e + c_3 e^2 + (c_4 + c_5 e) l))`, with the units `U` of 8 pi^2 R along, 6 pi^2 R across, and 4 pi^2 R^3 turning
-//! across and about the axis. The constants `c_0` are those of thin rings (R. E. Johnson, T. Y. Wu, J. Fluid Mech. 95, 263
-//! (1979)). Across the axis a thin ring's is no constant, as its drag is shared between two ways of flow: a fit in `1 / l`.
-//! The errors are 6.5e-5, 5.1e-4, 5.3e-4 and 6.8e-4 at most.
+//! With `e` the tube's radius over that of its circle, `R`, and `l = ln(8 / e)`, a resistance is `U / (l + c_0 + e^2
+//! (c_1 + c_2 e + c_3 e^2 + (c_4 + c_5 e) l))`, with the units `U` of 8 pi^2 R along, 6 pi^2 R across, and 4 pi^2 R^3
+//! turning across and about the axis. The constants `c_0` are those of thin rings (R. E. Johnson, T. Y. Wu, J. Fluid
+//! Mech. 95, 263 (1979)). Across the axis a thin ring's is no constant, as its drag is shared between two ways of flow:
+//! a fit in `1 / l`. The errors are 6.5e-5, 5.1e-4, 5.3e-4 and 6.8e-4 at most.
 
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -9,10 +9,10 @@
 //! U / Z = U / Z_spheroid + (1 - x) (c_0 + c_1 s + c_2 x + c_3 x^2 + c_4 x^3 + c_5 x^4)
 //! ```
 //!
-//! with the units `U` of 2 pi L along, 4 pi L across and pi L^3 / 3 turning across the axis. `c_0` is that of an endless
-//! rod (R. G. Cox, J. Fluid Mech. 44, 791 (1970); G. K. Batchelor, J. Fluid Mech. 44, 419 (1970)), and a rod as long as
-//! it is thick is the sphere, both exactly. The errors are 7.5e-4, 3.1e-4 and 5.5e-4 at most; turning about the axis,
-//! `4 pi r^2 L (1 + x (1 - x) (d_0 + d_1 x + d_2 x^2))`, 7e-5.
+//! with the units `U` of 2 pi L along, 4 pi L across and pi L^3 / 3 turning across the axis. `c_0` is that of an
+//! endless rod (R. G. Cox, J. Fluid Mech. 44, 791 (1970); G. K. Batchelor, J. Fluid Mech. 44, 419 (1970)), and a rod as
+//! long as it is thick is the sphere, both exactly. The errors are 7.5e-4, 3.1e-4 and 5.5e-4 at most; turning about the
+//! axis, `4 pi r^2 L (1 + x (1 - x) (d_0 + d_1 x + d_2 x^2))`, 7e-5.
 
 use super::ellipsoid;
 use glam::DVec3;
@@ -28,8 +28,8 @@ pub const SLOWER: [[f64; 6]; 3] = [
 /// `d_0` to `d_2`.
 pub const SPINNING: [f64; 3] = [0.1138, -0.0232, 0.0324];
 
-/// In shear a rod turns as a spheroid of aspect `r`: `p^2 / r^2 = 1 + e_0 (1/s - 1) + e_1 (1 - s) + (1 - x) (e_2 + e_3 x
-/// + e_4 x^2)` within 1.8e-4.
+/// In shear a rod turns as a spheroid of aspect `r`: `p^2 / r^2 = 1 + e_0 (1/s - 1) + e_1 (1 - s) + (1 - x) (e_2 + e_3
+/// x + e_4 x^2)` within 1.8e-4.
 pub const TUMBLING: [f64; 5] = [0.1234, 5.9326, -4.5445, -0.3594, 0.1758];
 
 /// `s` of a rod, and the resistances of its spheroid.
@@ -38,8 +38,8 @@ fn spheroid(radius: f64, half: f64) -> (f64, [DVec3; 2]) {
     (of[0].z / (6.0 * PI * half), of)
 }
 
-/// The resistances to motion along and turning about each axis, at a viscosity of 1, of a rod along z of this radius and
-/// half its length from tip to tip.
+/// The resistances to motion along and turning about each axis, at a viscosity of 1, of a rod along z of this radius
+/// and half its length from tip to tip.
 pub fn resistances(radius: f64, half: f64) -> [DVec3; 2] {
     let ((s, [linear, turning]), x, length) = (spheroid(radius, half), radius / half, 2.0 * half);
     let rod = |[a, b, c, d, e, f]: [f64; 6], of_spheroid: f64, unit: f64| {
