@@ -58,6 +58,7 @@ const NAMED: [(&str, &[&str]); 11] = [
             "walls/wall.rs",
             "walls/motion.rs",
             "walls/enclosure.rs",
+            "walls/space.rs",
             "scene/validate/periodic.rs",
         ],
     ),

@@ -16,7 +16,7 @@ use std::collections::HashMap;
 use std::time::Instant;
 
 /// Scenes that take less than ten seconds each in the profile of the tests.
-const QUICK: [&str; 10] = [
+const QUICK: [&str; 12] = [
     "two-ellipsoids",
     "three-capsules",
     "chainmail",
@@ -27,10 +27,12 @@ const QUICK: [&str; 10] = [
     "silo",
     "biofilm",
     "pressed-ring",
+    "bidisperse-packing",
+    "mother-machine-array",
 ];
 
 /// The others.
-const LONG: [&str; 10] = [
+const LONG: [&str; 11] = [
     "compaction",
     "colony",
     "active-nematic",
@@ -41,6 +43,7 @@ const LONG: [&str; 10] = [
     "drum",
     "rough-channel",
     "chaining",
+    "shear-cell",
 ];
 
 /// A body goes less than this in a step, in lengths of the longest.

@@ -6,6 +6,7 @@
 //! | `bodies.pvd` | the centres | `orientation` (`[w, x, y, z]`, a "Quaternion" of 3D glyphs), `shape` (0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (as a scene gives them), `glyph` (the axes of a sphere or an ellipsoid, by which a glyph of unit diameter is scaled; 0 for rods and rings), `id`, `parent` (-1: none), `birth`, `generation`, `group` (-1: none), `velocity`, `angular_velocity` |
 //! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
 //! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force along the normal) and `force` (of `a` on `b`, with friction; both are not a number where they are not known: only a checkpoint and states recorded with `output.forces` know) |
+//! | `field-NAME.pvd`, one for each field: the grid, as image data (`.vti`) | | `concentration` of each cell |
 //! | `bonds.pvd`, only of states with bonds | a line a bond, from end to end | `number` (in the scene), `a` and `b` (rows), `tension`, `force` and `torque` (on `b`, about the bond's end there; not a number where they are not known), `bending_energy` |
 //!
 //! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of
@@ -16,11 +17,13 @@
 
 use super::Exported;
 use super::error::ExportError;
-use super::vtp::{Array, Cells, Numbers, PolyData};
+use super::vtp::{Array, Cells, ImageData, Numbers, PolyData};
 use crate::bodies::NO_GROUP;
+use crate::fields::Concentration;
 use crate::record::{RecordError, Snapshot, States, Watch, contacts, durable};
 use crate::shape::{Centreline, Geometry, Shape};
 use glam::DVec3;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -65,6 +68,7 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
     let inner = folder.join(STATES);
     fs::create_dir_all(&inner).map_err(RecordError::io(&inner, "create the folder"))?;
     let mut listed = [(); COLLECTIONS.len()].map(|()| Vec::new());
+    let mut grids: BTreeMap<String, Vec<(u64, f64)>> = BTreeMap::new();
     let (mut most, mut bytes) = (0, 0);
     for i in 0..states.len() {
         if !watch(i, states.len()) {
@@ -83,7 +87,14 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
             listed.push((state.step, state.time));
             let packed = data.into_bytes();
             bytes += packed.len() as u64;
-            durable::place(&inner.join(file_name(name, state.step)), &packed)?;
+            durable::place(&inner.join(file_name(name, state.step, "vtp")), &packed)?;
+        }
+        for field in &state.fields {
+            let name = format!("field-{}", field.name);
+            let packed = image(field, state.time).into_bytes();
+            bytes += packed.len() as u64;
+            durable::place(&inner.join(file_name(&name, state.step, "vti")), &packed)?;
+            grids.entry(name).or_default().push((state.step, state.time));
         }
         most = most.max(state.bodies.len());
     }
@@ -92,7 +103,8 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
     let collections =
         COLLECTIONS.into_iter().zip(&listed).filter(|(name, listed)| *name != BONDS || !listed.is_empty());
     for (name, text) in collections
-        .map(|(name, listed)| (format!("{name}.pvd"), collection(name, listed)))
+        .map(|(name, listed)| (format!("{name}.pvd"), collection(name, listed, "vtp")))
+        .chain(grids.iter().map(|(name, listed)| (format!("{name}.pvd"), collection(name, listed, "vti"))))
         .chain([(SCRIPT_NAME.into(), script(folder))])
     {
         let path = folder.join(name);
@@ -104,8 +116,16 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
     Ok(Exported { files, states: states.len(), bodies: most, bytes, notes: states.notes().to_vec() })
 }
 
-fn file_name(name: &str, step: u64) -> String {
-    format!("{name}_{step:010}.vtp")
+fn file_name(name: &str, step: u64, kind: &str) -> String {
+    format!("{name}_{step:010}.{kind}")
+}
+
+/// A field.
+fn image(field: &Concentration, time: f64) -> ImageData {
+    let grid = &field.grid;
+    let corner = |axis: usize| grid.center[axis] - 0.5 * grid.spacing * f64::from(grid.cells[axis]);
+    let cell_data = vec![Array::new("concentration", 1, Numbers::F64(field.values.clone()))];
+    ImageData { cells: grid.cells, spacing: grid.spacing, origin: [0, 1, 2].map(corner), cell_data, time }
 }
 
 pub(super) fn finite(state: &Snapshot, origin: impl Fn() -> String) -> Result<(), ExportError> {
@@ -291,9 +311,9 @@ fn bonds(state: &Snapshot) -> PolyData {
 }
 
 /// A collection: the files of each state, with its time.
-fn collection(name: &str, listed: &[(u64, f64)]) -> String {
+fn collection(name: &str, listed: &[(u64, f64)], kind: &str) -> String {
     let entries = listed.iter().map(|(step, time)| {
-        format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{STATES}/{}\"/>\n", file_name(name, *step))
+        format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{STATES}/{}\"/>\n", file_name(name, *step, kind))
     });
     let entries: String = entries.collect();
     format!(

@@ -1,4 +1,4 @@
-//! VTK's XML file of points, lines and data on them (`.vtp`), raw data appended.
+//! VTK's XML files of points, lines and data on them (`.vtp`), and of data on a grid (`.vti`), raw data appended.
 //!
 //! Written from the file formats' description (<https://docs.vtk.org>, "VTK XML formats"): each array is a count of
 //! bytes (64 bits), then its little-endian numbers, at an offset from the underscore that starts the appended data.
@@ -89,12 +89,42 @@ impl PolyData {
             let points = Array::new("connectivity", 1, Numbers::I64(cells.points));
             file.section(name, vec![points, Array::new("offsets", 1, Numbers::I64(cells.ends))]);
         }
-        file.line("</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">");
-        let mut bytes = file.text.into_bytes();
-        bytes.push(b'_');
-        bytes.extend(file.data);
-        bytes.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
-        bytes
+        file.line("</Piece>\n</PolyData>");
+        file.into_bytes()
+    }
+}
+
+/// The contents of a `.vti` file: numbers in the cells of a grid.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ImageData {
+    /// The numbers of cells along the axes.
+    pub(super) cells: [u32; 3],
+    /// The edge of a cell.
+    pub(super) spacing: f64,
+    /// The corner of the grid with the least coordinates.
+    pub(super) origin: [f64; 3],
+    /// One row per cell, x fastest.
+    pub(super) cell_data: Vec<Array>,
+    /// The time.
+    pub(super) time: f64,
+}
+
+impl ImageData {
+    /// The file's bytes.
+    pub(super) fn into_bytes(self) -> Vec<u8> {
+        let mut file = File::default();
+        let ([nx, ny, nz], [x, y, z], h) = (self.cells, self.origin, self.spacing);
+        file.line("<?xml version=\"1.0\"?>");
+        file.line("<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">");
+        let extent = format!("0 {nx} 0 {ny} 0 {nz}");
+        file.line(&format!(
+            "<ImageData WholeExtent=\"{extent}\" Origin=\"{x:?} {y:?} {z:?}\" Spacing=\"{h:?} {h:?} {h:?}\">\n<FieldData>"
+        ));
+        file.array(&Array::new("TimeValue", 1, Numbers::F64(vec![self.time])), Some(1));
+        file.line(&format!("</FieldData>\n<Piece Extent=\"{extent}\">"));
+        file.section("CellData", self.cell_data);
+        file.line("</Piece>\n</ImageData>");
+        file.into_bytes()
     }
 }
 
@@ -105,6 +135,16 @@ struct File {
 }
 
 impl File {
+    /// The bytes of a file whose text is all there.
+    fn into_bytes(mut self) -> Vec<u8> {
+        self.line("<AppendedData encoding=\"raw\">");
+        let mut bytes = self.text.into_bytes();
+        bytes.push(b'_');
+        bytes.extend(self.data);
+        bytes.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
+        bytes
+    }
+
     fn line(&mut self, line: &str) {
         self.text.push_str(line);
         self.text.push('\n');

@@ -18,8 +18,15 @@ pub(super) enum Ends {
     Borders([Border; 2]),
 }
 
-/// A step along one axis: `strength` is the diffusion coefficient times the step over the squared spacing.
-pub(super) fn diffuse(grid: &Grid, values: &mut [f64], axis: usize, strength: f64, ends: Ends) {
+/// A step along one axis: `strength` is the diffusion coefficient times the step over the squared spacing. `held` are
+/// the cells that are held, none where it is empty.
+pub(super) fn diffuse(
+    (grid, held): (&Grid, &[Option<f64>]),
+    values: &mut [f64],
+    axis: usize,
+    strength: f64,
+    ends: Ends,
+) {
     let count = grid.cells[axis] as usize;
     let has_value = matches!(ends, Ends::Borders(both) if both.iter().any(|end| matches!(end, Border::Value(_))));
     if strength == 0.0 || (count == 1 && !has_value) {
@@ -34,7 +41,12 @@ pub(super) fn diffuse(grid: &Grid, values: &mut [f64], axis: usize, strength: f6
         .with_min_len(LEAST_LINES_A_TASK)
         .map(|first| {
             let mut line: Vec<f64> = (0..count).map(|i| values[first + i * stride]).collect();
-            solver.solve(&mut line);
+            let held = || held.iter().skip(*first).step_by(stride).take(count).copied();
+            if held().flatten().next().is_some() {
+                solve_held(&mut line, &held().collect::<Vec<_>>(), strength, ends);
+            } else {
+                solver.solve(&mut line);
+            }
             line
         })
         .collect();
@@ -129,6 +141,49 @@ impl Tridiagonal {
     }
 }
 
+/// The same equations where those of held cells are `c_i` = the value that they are held at. A ring is cut at a held
+/// cell.
+fn solve_held(line: &mut [f64], held: &[Option<f64>], strength: f64, ends: Ends) {
+    let count = line.len();
+    let Some(first) = held.iter().position(Option::is_some) else { return };
+    let start = if ends == Ends::Periodic { first } else { 0 };
+    let cell = |i: usize| (start + i) % count;
+    // A border's part of the diagonal and of the right side.
+    let at_border = |low: bool| match ends {
+        Ends::Periodic => (0.0, strength * held[first].unwrap_or_default()),
+        Ends::Borders(both) => match both[usize::from(!low)] {
+            Border::Closed => (-strength, 0.0),
+            Border::Value(value) => (strength, 2.0 * strength * value),
+        },
+    };
+    let (mut next, mut before) = (Vec::with_capacity(count), 0.0);
+    for i in 0..count {
+        let at = cell(i);
+        if let Some(value) = held[at] {
+            (line[at], before) = (value, value);
+            next.push(0.0);
+            continue;
+        }
+        let (mut diagonal, mut right) = (1.0 + 2.0 * strength, line[at]);
+        for low in [true, false] {
+            if i == if low { 0 } else { count - 1 } {
+                let (more, added) = at_border(low);
+                (diagonal, right) = (diagonal + more, right + added);
+            }
+        }
+        let inverse = 1.0 / (diagonal - strength * next.last().copied().unwrap_or(0.0));
+        line[at] = (right + strength * before) * inverse;
+        before = line[at];
+        next.push(strength * inverse);
+    }
+    let mut after = 0.0;
+    for i in (0..count).rev() {
+        // What is beyond the last cell is in its right side.
+        line[cell(i)] += if i + 1 < count { next[i] * after } else { 0.0 };
+        after = line[cell(i)];
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,6 +217,32 @@ mod tests {
         }
     }
 
+    /// The same beside cells that are held.
+    #[test]
+    fn a_line_with_held_cells_meets_its_equations() {
+        let ends = [Ends::Periodic, Ends::Borders([Border::Closed, Border::Value(2.0)])];
+        for end in ends {
+            for (count, at) in [(1, 0), (2, 1), (3, 0), (17, 0), (17, 5), (17, 16)] {
+                let (s, right) = (1.7, (0..count).map(|i| (1.0 + i as f64).sqrt()).collect::<Vec<_>>());
+                let mut held = vec![None; count];
+                (held[at], held[(at + 2) % count]) = (Some(7.0), Some(7.0));
+                let mut line = right.clone();
+                solve_held(&mut line, &held, s, end);
+                for i in 0..count {
+                    let neighbour = |side: usize| match (end, i + side) {
+                        (Ends::Periodic, at) => line[(at + count - 1) % count],
+                        (Ends::Borders(both), 0) => at_border(both[0], line[i]),
+                        (Ends::Borders(both), at) if at == count + 1 => at_border(both[1], line[i]),
+                        (_, at) => line[at - 1],
+                    };
+                    let left = line[i] + s * (2.0 * line[i] - neighbour(0) - neighbour(2));
+                    let (left, right) = if held[i].is_some() { (line[i], 7.0) } else { (left, right[i]) };
+                    assert!((left - right).abs() < 1e-12, "{end:?} {count} {i}: {left} {right}");
+                }
+            }
+        }
+    }
+
     /// The value in a cell beyond a border.
     fn at_border(border: Border, value: f64) -> f64 {
         match border {
@@ -182,7 +263,7 @@ mod tests {
         let at = |cell: usize| wave(grid.center_of(cell)[1]);
         let mut values: Vec<f64> = (0..grid.len()).map(at).collect();
         for _ in 0..steps {
-            diffuse(&grid, &mut values, 1, dt / (spacing * spacing), ends);
+            diffuse((&grid, &[]), &mut values, 1, dt / (spacing * spacing), ends);
         }
         let left = (-rate * 0.1).exp();
         (0..grid.len()).map(|cell| (values[cell] - left * at(cell)).abs()).fold(0.0, f64::max)

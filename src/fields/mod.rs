@@ -3,7 +3,7 @@
 //! A field changes between two steps of the bodies. Over the step that has just ended, with the bodies where they then
 //! are: first each grid cell exchanges with the bodies in it, by an implicit Euler step that leaves no cell below zero
 //! and takes from the grid what it gives to the bodies; then the field diffuses along each axis in turn, by implicit
-//! Euler steps; then it decays. So it is of first order in the step and of second order in the spacing, and stable at
+//! Euler steps; then it decays. Cells of the grid that are held keep their concentration. So it is of first order in the step and of second order in the spacing, and stable at
 //! any. A body is in the grid cells about points on its axis, with parts that are linear in the distance.
 //!
 //! Cells may grow by what there is ([`Nutrient`]): in the next step, with the concentration where they then are.
@@ -11,14 +11,16 @@
 mod diffusion;
 mod exchange;
 mod grid;
+mod held;
 mod settings;
 
 pub use grid::Grid;
-pub use settings::{Border, Borders, Exchange, Field, Nutrient};
+pub use settings::{Border, Borders, Exchange, Field, Held, Nutrient};
 
 use crate::bodies::Bodies;
 use diffusion::{Ends, diffuse};
 use exchange::after_uptake;
+use held::{HeldCells, held_cells, hold};
 use std::collections::BTreeMap;
 
 /// A field of a state.
@@ -36,6 +38,8 @@ pub struct Concentration {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fields {
     list: Vec<(String, Field)>,
+    /// Of each of them the cells that are held.
+    held: Vec<HeldCells>,
     groups: Vec<String>,
     periodic: [bool; 3],
     planar: bool,
@@ -62,18 +66,21 @@ impl Field {
     }
 
     /// Its concentration at the start.
-    fn start(&self, name: &str) -> Concentration {
+    fn start(&self, name: &str, held: &[Option<f64>]) -> Concentration {
         let grid = self.grid();
         let given = (self.values.len() == grid.len()).then(|| self.values.clone());
-        Concentration { name: name.into(), grid, values: given.unwrap_or_else(|| vec![self.initial; grid.len()]) }
+        let mut values = given.unwrap_or_else(|| vec![self.initial; grid.len()]);
+        hold(&mut values, held);
+        Concentration { name: name.into(), grid, values }
     }
 }
 
 impl Fields {
     /// Those of a scene whose groups have these names.
     pub fn new(fields: &BTreeMap<String, Field>, groups: &[String], periodic: [bool; 3], planar: bool) -> Fields {
-        let list = fields.iter().map(|(name, field)| (name.clone(), field.clone())).collect();
-        Fields { list, groups: groups.to_vec(), periodic, planar }
+        let list: Vec<(String, Field)> = fields.iter().map(|(name, field)| (name.clone(), field.clone())).collect();
+        let held = list.iter().map(|(_, field)| held_cells(&field.grid(), &field.held, planar)).collect();
+        Fields { list, held, groups: groups.to_vec(), periodic, planar }
     }
 
     /// Whether there are none.
@@ -84,11 +91,11 @@ impl Fields {
     /// The concentrations that a simulation begins with: those of the state, where it has the field with the same grid,
     /// else those of the scene.
     pub fn start(&self, state: &[Concentration]) -> Vec<Concentration> {
-        let of = |(name, field): &(String, Field)| {
+        let of = |((name, field), held): (&(String, Field), &HeldCells)| {
             let known = state.iter().find(|of| of.name == *name && of.grid == field.grid());
-            known.cloned().unwrap_or_else(|| field.start(name))
+            known.cloned().unwrap_or_else(|| field.start(name, held))
         };
-        self.list.iter().map(of).collect()
+        self.list.iter().zip(&self.held).map(of).collect()
     }
 
     /// The concentration at a body, of the field `name` of a state; none without such a field.
@@ -101,16 +108,18 @@ impl Fields {
 
     /// Takes the fields of a state over a step of `dt`, with the bodies at its end.
     pub fn advance(&self, state: &mut [Concentration], bodies: &Bodies, dt: f64) {
-        for ((_, field), own) in self.list.iter().zip(state) {
+        for (((_, field), held), own) in self.list.iter().zip(&self.held).zip(state) {
             self.exchange(field, own, bodies, dt);
+            hold(&mut own.values, held);
             let strength = field.diffusion * dt / (field.spacing * field.spacing);
             for (axis, borders) in field.boundary.each().into_iter().enumerate() {
                 let ends = if self.periodic[axis] { Ends::Periodic } else { Ends::Borders(borders) };
-                diffuse(&own.grid, &mut own.values, axis, strength, ends);
+                diffuse((&own.grid, held), &mut own.values, axis, strength, ends);
             }
             if field.decay > 0.0 {
                 let left = 1.0 / (1.0 + field.decay * dt);
                 own.values.iter_mut().for_each(|value| *value *= left);
+                hold(&mut own.values, held);
             }
         }
     }

@@ -1,5 +1,7 @@
 //! The settings of fields.
 
+use crate::walls::Wall;
+
 /// A concentration on a grid of cubic cells, which diffuses and decays, and which bodies take up and secrete. In a
 /// planar scene it is an amount over an area, else over a volume. Where a body is outside of the grid, the nearest cell
 /// counts.
@@ -33,9 +35,26 @@ pub struct Field {
     /// What happens at the borders of the grid. Without it nothing passes them.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Borders::is_default"))]
     pub boundary: Borders,
+    /// Regions in which the concentration is held, such as a channel that medium flows through.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub held: Vec<Held>,
     /// What bodies take up and secrete.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub exchange: Vec<Exchange>,
+}
+
+/// A region in which a field's concentration is held: in the grid cells whose centres are inside of it. Where regions
+/// overlap, the last one counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
+pub struct Held {
+    /// The region: the inside of a shape, which is written like a wall and is none.
+    pub inside: Wall,
+    /// The concentration there.
+    #[cfg_attr(feature = "files", schemars(range(min = 0)))]
+    pub value: f64,
 }
 
 /// The borders of a field's grid: along each axis the low and the high one. Along a periodic axis there are none.
@@ -125,6 +144,7 @@ impl Field {
             initial: 0.0,
             values: Vec::new(),
             boundary: Borders { x: [Border::Closed; 2], y: [Border::Closed; 2], z: [Border::Closed; 2] },
+            held: Vec::new(),
             exchange: Vec::new(),
         }
     }
@@ -144,6 +164,13 @@ impl Borders {
     #[cfg(feature = "files")]
     fn is_default(&self) -> bool {
         *self == Borders::default()
+    }
+}
+
+impl Held {
+    /// This concentration inside of a shape.
+    pub const fn inside(shape: Wall, value: f64) -> Held {
+        Held { inside: shape, value }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Packing fraction of the whole and of its core, or of a periodic cell.
+//! Packing fraction of the whole and of its core, of a periodic cell, or of what walls leave.
 //!
 //! Of the whole: the bodies' area over that of their convex hull, in the plane. Of the core: the filled part of the
 //! disc (in space the ball) about the mean of the centres with the radius of gyration, so that neither the outline nor
@@ -6,11 +6,12 @@
 //! inside a packing: S. Torquato, "Random Heterogeneous Materials", 2002, section 2.6; the hull as a colony's outline
 //! is a choice of this program.
 
-use super::{About, Column, Found, LeftOut, Measure, View, cell, hull, interior, radius};
+use super::{About, Cell, Column, Found, LeftOut, Measure, View, cell, hull, interior, radius};
+use crate::walls::{Walls, standing};
 use glam::DVec3;
 use rayon::prelude::*;
 
-const COLUMNS: [Column; 5] = [
+const COLUMNS: [Column; 6] = [
     Column { name: "body_volume", what: "volume of all bodies; in the plane the area of their sections" },
     Column { name: "hull_area", what: "area of the convex hull of all bodies; in the plane" },
     Column { name: "packing_hull", what: "area of the bodies over that of their convex hull; in the plane" },
@@ -21,6 +22,10 @@ const COLUMNS: [Column; 5] = [
     Column {
         name: "packing_cell",
         what: "volume of all bodies over that of the periodic cell; in the plane areas; where all axes are periodic",
+    },
+    Column {
+        name: "packing_walls",
+        what: "volume of all bodies over that inside of the walls, in one periodic cell; in the plane areas",
     },
 ];
 
@@ -37,7 +42,7 @@ impl Measure for Packing {
             line: "packing fraction, of the convex hull and of the core",
             columns: &COLUMNS,
             profile: None,
-            plots: &[&["packing_hull", "packing_core"]],
+            plots: &[&["packing_hull", "packing_core"], &["packing_walls"]],
         }
     }
 
@@ -59,7 +64,14 @@ impl Measure for Packing {
             remark.push("the radius of gyration is zero, so there is no core");
         }
         Ok(Found {
-            values: vec![cell(volume), hull.and_then(cell), hull.and_then(|hull| cell(volume / hull)), core, None],
+            values: vec![
+                cell(volume),
+                hull.and_then(cell),
+                hull.and_then(|hull| cell(volume / hull)),
+                core,
+                None,
+                in_walls(view, volume),
+            ],
             remark: (!remark.is_empty()).then(|| remark.join("; ")),
             ..Found::default()
         })
@@ -74,7 +86,19 @@ fn in_cell(view: &View<'_>, volume: f64) -> Found {
         Some(_) => "a periodic scene has no outline and no core",
         None => "a periodic scene has no outline and no core, and one with an open axis has no cell",
     };
-    Found { values: vec![cell(volume), None, None, None, packing], remark: Some(remark.into()), ..Found::default() }
+    Found {
+        values: vec![cell(volume), None, None, None, packing, in_walls(view, volume)],
+        remark: Some(remark.into()),
+        ..Found::default()
+    }
+}
+
+/// The packing fraction inside of walls that leave no way out, where loads and motions have them.
+fn in_walls(view: &View<'_>, volume: f64) -> Cell {
+    let walls = standing(&view.frame.walls, &view.bodies().walls);
+    let walls = Walls::new(&walls, view.planar()).at(view.state.time);
+    let plane = view.planar().then_some(view.centre.z);
+    cell(volume / walls.space(&view.bodies().periods, plane)?)
 }
 
 fn core(view: &View<'_>) -> Option<f64> {

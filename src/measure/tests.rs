@@ -7,6 +7,7 @@ mod order;
 mod packing;
 mod shear;
 mod table;
+mod wall_balances;
 mod walls;
 
 use super::*;

@@ -200,7 +200,8 @@ fn largest(field: &Field) -> f64 {
         Border::Value(value) => value,
         Border::Closed => 0.0,
     });
-    at_borders.chain(field.values.iter().copied()).fold(field.initial, f64::max)
+    let held = field.held.iter().map(|held| held.value);
+    at_borders.chain(held).chain(field.values.iter().copied()).fold(field.initial, f64::max)
 }
 
 /// Mixes a part of ink into paper.

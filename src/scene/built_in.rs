@@ -57,6 +57,9 @@ impl BuiltIn {
         "chaining": "cells that stay bonded after division fold into a crowd of chains in a channel",
         "biofilm": "cells on a floor grow by a nutrient from above: what grows ahead starves the rest",
         "pressed-ring": "a stiff ring of 32 rods is pressed flat by a moving wall",
+        "mother-machine-array": "cells in four rows of trenches on two feeding channels grow by what diffuses in",
+        "bidisperse-packing": "a loaded piston compresses balls of two sizes until they are jammed",
+        "shear-cell": "rough ellipsoids and balls are sheared between two walls, one of them under a constant load",
     };
 
     /// The built-in scene of this name.

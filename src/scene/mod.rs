@@ -45,7 +45,7 @@ pub use crate::dynamics::{
     Bending, Bond, DaughterBond, DivisionRule, Drag, Dynamics, Flow, Force, Frame, Growth, Joint, OnNoRoom, Stop,
     StopReason, Thermal, Window,
 };
-pub use crate::fields::{Border, Borders, Exchange, Field, Nutrient};
+pub use crate::fields::{Border, Borders, Exchange, Field, Held, Nutrient};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::{Axis, CellShear, Periodic};
 pub use crate::removal::Removal;

@@ -367,6 +367,7 @@ const LISTS: &[&str] = &[
     "removal",
     "cells",
     "values",
+    "held",
     "exchange",
     "x",
     "y",

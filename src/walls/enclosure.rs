@@ -46,7 +46,7 @@ const LEAST_CORNER: f64 = 1e-9;
 const AT_CORNER: f64 = 1e-9;
 
 /// A plane as `normal . x >= offset`.
-type HalfSpace = (DVec3, f64);
+pub(super) type HalfSpace = (DVec3, f64);
 
 /// A box along the axes that contains all that surfaces leave, the least one where they are planes: from the corners of
 /// a polyhedron, with a cube about each sphere and a square tube about each cylinder. An axis that has a period is cut
@@ -77,7 +77,7 @@ pub(super) fn extent(surfaces: &[Surface], periods: &[Option<f64>; 3], plane: Op
 }
 
 /// The planes of a polyhedron about what a surface leaves.
-fn half_spaces(surface: &Surface) -> Vec<HalfSpace> {
+pub(super) fn half_spaces(surface: &Surface) -> Vec<HalfSpace> {
     let about = |centre: DVec3, radius: f64, axes: &[DVec3]| {
         let both = axes.iter().flat_map(|axis| [*axis, -*axis]);
         both.map(|normal| (normal, normal.dot(centre) - radius)).collect()
@@ -95,7 +95,7 @@ fn half_spaces(surface: &Surface) -> Vec<HalfSpace> {
 }
 
 /// The box of all points in which three planes meet and that are past none.
-fn corners(planes: &[HalfSpace]) -> Option<[DVec3; 2]> {
+pub(super) fn corners(planes: &[HalfSpace]) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for (i, (a, at_a)) in planes.iter().enumerate() {
         for (j, (b, at_b)) in planes[..i].iter().enumerate() {

@@ -14,6 +14,7 @@ mod motion;
 mod number;
 #[cfg(feature = "files")]
 mod push;
+mod space;
 mod wall;
 
 #[cfg(feature = "files")]

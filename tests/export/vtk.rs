@@ -5,6 +5,7 @@ use crate::vtp_file::{Vtp, collection};
 use glam::DVec3;
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::export::vtk;
+use relcp::fields::{Concentration, Grid};
 use relcp::record::{Snapshot, States, TOUCHING, read_state};
 use relcp::separation::separation;
 use relcp::shape::Shape;
@@ -21,6 +22,30 @@ fn exported(states: &States, cutoff: Option<f64>) -> tempfile::TempDir {
     assert_eq!(done.states, states.len());
     assert!(done.files.iter().all(|file| file.exists()));
     folder
+}
+
+/// Each field has a collection of image data: its grid, and the bits of the state.
+#[test]
+fn fields_are_image_data() {
+    let concentration = |name: &str, cells: [u32; 3], center: [f64; 3]| Concentration {
+        name: name.into(),
+        grid: Grid { cells, spacing: 0.5, center },
+        values: (0..cells.iter().product()).map(|i| f64::from(i).sqrt()).collect(),
+    };
+    let fields = vec![concentration("food", [4, 3, 2], [1.0, 2.0, 3.0]), concentration("waste", [2, 2, 1], [0.0; 3])];
+    let state = Snapshot { fields: fields.clone(), ..every_shape() };
+    let folder = exported(&States::single("fed", state), None);
+    for (field, extent, origin) in
+        [(&fields[0], "0 4 0 3 0 2", "0.0 1.25 2.5"), (&fields[1], "0 2 0 2 0 1", "-0.5 -0.5 -0.25")]
+    {
+        let [(time, path)] = collection(&folder.path().join(format!("field-{}.pvd", field.name))).try_into().unwrap();
+        let vti = Vtp::read(&path);
+        assert_eq!((time, vti.time()), (0.1 + 0.2, 0.1 + 0.2));
+        assert_eq!(vti.rows("CellData", "concentration").concat(), field.values);
+        let head = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
+        let grid = format!("<ImageData WholeExtent=\"{extent}\" Origin=\"{origin}\" Spacing=\"0.5 0.5 0.5\">");
+        assert!(head.contains(&grid) && head.contains(&format!("<Piece Extent=\"{extent}\">")), "{grid}");
+    }
 }
 
 #[test]

@@ -21,7 +21,7 @@ impl Vtp {
         let mark = b"<AppendedData encoding=\"raw\">\n_";
         let at = bytes.windows(mark.len()).position(|window| window == mark).unwrap() + mark.len();
         let text = std::str::from_utf8(&bytes[..at]).unwrap();
-        assert!(text.contains("type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\""));
+        assert!(text.contains("Data\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\""));
         assert!(bytes.ends_with(b"\n</AppendedData>\n</VTKFile>\n"));
         let mut vtp = Vtp { counts: BTreeMap::new(), arrays: BTreeMap::new() };
         let (mut section, mut end) = (String::new(), 0);
@@ -36,7 +36,7 @@ impl Vtp {
                 end += 8 + size;
                 let numbers = numbers(kind, &data[8..8 + size]);
                 vtp.arrays.insert((section.clone(), name.into()), (columns.parse().unwrap(), numbers));
-            } else if line.starts_with("<Piece") {
+            } else if line.starts_with("<Piece NumberOfPoints") {
                 let count = |name: &str| (name.to_owned(), attribute(line, name).unwrap().parse().unwrap());
                 vtp.counts = ["NumberOfPoints", "NumberOfVerts", "NumberOfLines"].map(count).into();
             } else {

@@ -1,6 +1,7 @@
 //! Scenes: reading, refusing, building, writing.
 #![allow(clippy::unwrap_used)]
 
+mod apparatus;
 mod bonds_refused;
 mod built_in;
 mod chainmail;

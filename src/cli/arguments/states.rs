@@ -56,8 +56,8 @@ Examples:
 gsd: one frame per state; one particle type per size of a shape (256 classes for growing rods; log/ has the exact \
 sizes).
 lammps, xyz: one frame per state, one line per body; OVITO draws rods in xyz as spherocylinders.
-vtk: bodies.pvd, axes.pvd, contacts.pvd and, where there are bonds, bonds.pvd with the times of the run, and show.py, \
-which shows them in ParaView.
+vtk: bodies.pvd, axes.pvd, contacts.pvd and, where there are bonds or fields, bonds.pvd and field-NAME.pvd with the \
+times of the run, and show.py, which shows the bodies in ParaView.
 Every file appears whole or not at all.";
 
 /// A format to export.

@@ -57,6 +57,7 @@ const COLUMNS: &[OfColumn] = &[
     ("nematic_local", ("Nematic order", NUMBER), "local"),
     ("packing_hull", ("Packing fraction", NUMBER), "hull"),
     ("packing_core", ("Packing fraction", NUMBER), "core"),
+    ("packing_walls", ("Packing fraction inside of walls", NUMBER), ""),
     ("radius_gyration", ("Radius", LENGTH), "gyration"),
     ("radius_outermost", ("Radius", LENGTH), "outermost"),
     ("expansion_rate", ("Expansion rate", SPEED), ""),

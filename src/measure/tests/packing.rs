@@ -1,6 +1,7 @@
 //! Packing fractions, hulls, lengths and growth.
 
 use super::*;
+use crate::measure::packing::Packing;
 
 #[test]
 fn a_lattice_is_packed_as_its_cell() {
@@ -98,4 +99,24 @@ fn the_expansion_rate_of_exponential_growth_is_that_of_its_chords() {
         let expected = radius * (growth * step).sinh() / step;
         assert!((rate - expected).abs() < 1e-12 && (rate / radius / growth - 1.0).abs() < 1e-3, "{rate} {expected}");
     }
+}
+
+/// In a channel between two walls, one of which a load has moved, in one period; and in a ball.
+#[test]
+fn what_bodies_fill_inside_of_walls() {
+    let disc = 0.25 * PI;
+    let mut two = state(bodies([-1.0, 1.0].map(|x| (BALL, DVec3::new(x, 0.0, 0.0), DQuat::IDENTITY))), None);
+    two.bodies.periods = crate::periodic::Periods::new([Some(4.0), None, None]);
+    two.bodies.walls = vec![crate::walls::WallState { shift: 1.0, velocity: 0.0 }];
+    let walls = |text: &str| Frame { walls: serde_json::from_str(text).unwrap(), ..frame(true) };
+    let of = |state: &Snapshot, frame: &Frame| {
+        let found = Packing.of(&View::new(state, frame, &Settings::default())).unwrap();
+        value(&found, "packing", "packing_walls")
+    };
+    let piston = r#"[{"half_space": {"normal": [0, 1, 0], "offset": -2, "load": {"force": 1, "drag": 1}}},
+        {"half_space": {"normal": [0, -1, 0], "offset": -3}}]"#;
+    assert_near(of(&two, &walls(piston)), 2.0 * disc / 16.0, 1e-12);
+    two.bodies.periods = crate::periodic::Periods::NONE;
+    assert_eq!(of(&two, &walls(piston)), None, "open along x");
+    assert_near(of(&two, &walls(r#"[{"sphere": {"center": [0, 0, 0], "radius": 2}}]"#)), 0.125, 1e-12);
 }

@@ -2,7 +2,7 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::{Border, Exchange, Field, Growth, Scene};
+use super::super::{Border, Exchange, Field, Growth, Held, Scene};
 use super::{number, positive};
 use crate::digits::{exact, few};
 
@@ -11,6 +11,9 @@ const MOST_CELLS: u64 = 1 << 24;
 
 /// Most characters of a name, which files have.
 const MOST_NAME: usize = 40;
+
+/// Most regions that a field is held in: each is compared with each cell of its grid.
+const MOST_HELD: usize = 1_000;
 
 /// A grid along a periodic axis is as long as the period up to this part of it.
 const SAME_LENGTH: f64 = 1e-9;
@@ -30,6 +33,7 @@ impl Scene {
             }
             check_values(&key, field)?;
             self.check_borders(&key.field("boundary"), field)?;
+            self.check_held(&key.field("held"), &field.held)?;
             for (i, exchange) in field.exchange.iter().enumerate() {
                 let list = key.field("exchange");
                 let key = list.index(i);
@@ -88,6 +92,20 @@ impl Scene {
                     return Err(SceneError::bad(key, "has no meaning in a planar scene"));
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Regions of a shape that neither moves nor touches bodies.
+    fn check_held(&self, list: &Key, held: &[Held]) -> Result<(), SceneError> {
+        if held.len() > MOST_HELD {
+            let message = format!("{} regions; at most {MOST_HELD}", held.len());
+            return Err(SceneError::new(FaultKind::TooLarge, list, message));
+        }
+        for (i, held) in held.iter().enumerate() {
+            let key = list.index(i);
+            self.check_region(&key.field("inside"), &held.inside)?;
+            not_negative(&key.field("value"), held.value)?;
         }
         Ok(())
     }
