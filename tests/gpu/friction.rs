@@ -195,7 +195,7 @@ fn run_all(gpu: &Arc<Gpu>, precision: Precision, scene: &Value) -> (Bodies, Vec<
     (simulation.state().unwrap().bodies.clone(), reports)
 }
 
-/// Solvers: by the first one a software adapter's host solves, by the second one the device.
+/// Solvers: by the first one the host solves, by the second one the device.
 const SOLVERS: [&str; 2] = ["auto", "pair_block_cg"];
 
 /// A scene with this solver.

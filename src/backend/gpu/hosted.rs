@@ -1,7 +1,7 @@
 //! The rows of scenes with friction, restitution or implicit bonds. The device finds contacts, makes their normal rows
 //! and computes trials; the host reads the normal rows, adds tangents and bonds ([`crate::backend::cpu::hosted`]), and
-//! writes the multipliers of normal rows and the velocities. It solves in f64, or the device does where that pays
-//! ([`FrictionSolver`]).
+//! writes the multipliers of normal rows and the velocities. It solves in f64, or the device does where a scene asks
+//! for it ([`FrictionSolver`]).
 
 use super::Setup;
 use super::candidates::Candidates;
@@ -24,10 +24,6 @@ use crate::walls::{AtSurface, number_of};
 use crate::warm::Warm;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap, VecDeque};
-
-/// The fewest contacts of a problem that a hardware device solves; fewer, and all on software adapters, are the host's.
-/// An iteration is five dispatches at any size, and on the CPU some 0.35 us a contact. Not measured on hardware.
-const LEAST_CONTACTS: u64 = 500;
 
 /// In f32 a device solves to this part of the overlap tolerance at best, as without friction.
 const FINEST_PER_OVERLAP: f64 = 0.1;
@@ -143,7 +139,7 @@ impl HostedRows {
         }
     }
 
-    /// Solves from the present multipliers: on the device where that pays, and on the host what is left.
+    /// Solves from the present multipliers: on the device where the scene asks for it, and on the host what is left.
     pub fn solve(
         &mut self,
         gpu: &Gpu,
@@ -151,7 +147,7 @@ impl HostedRows {
         tolerance: f64,
     ) -> Result<Outcome, GpuError> {
         let HostedRows { own, of_row, frictional, .. } = self;
-        let Some(frictional) = frictional.as_mut().filter(|of| of_row.len() as u64 >= of.least) else {
+        let Some(frictional) = frictional.as_mut().filter(|_| !of_row.is_empty()) else {
             return Ok(own.solve(tolerance));
         };
         let contacts: Vec<usize> = of_row.iter().map(|of| of.contact).collect();
@@ -254,33 +250,26 @@ impl HostedRows {
 /// The device's own solver of contacts with friction.
 struct Frictional {
     solver: FrictionSolver,
-    /// The fewest contacts of a problem that it solves.
-    least: u64,
     /// The least tolerance that it solves to; the host goes on from there.
     finest: f64,
 }
 
 impl Frictional {
-    /// That of a scene; none without friction, with bonds among the rows, or with another method.
+    /// That of a scene which names `pair_block_cg`; none without friction, with bonds among the rows, or with another
+    /// method. `auto` solves on the host: on a software adapter an iteration takes four times as long
+    /// (docs/notes/friction-solver.md), and no hardware was measured.
     fn new(gpu: &Gpu, setup: &Setup, model: &Model) -> Result<Option<Self>, GpuError> {
-        let suits = matches!(model.solver, SolverKind::Auto | SolverKind::PairBlockCg);
-        if model.friction.is_none() || model.bonds.first_implicit().is_some() || !suits {
+        let asked = model.solver == SolverKind::PairBlockCg;
+        if model.friction.is_none() || model.bonds.first_implicit().is_some() || !asked {
             return Ok(None);
         }
         let mut solver = FrictionSolver::new(gpu, setup.precision, setup.planar, model.lcp)?;
-        let least = match model.solver {
-            SolverKind::PairBlockCg => 1,
-            _ if gpu.is_software() => u64::MAX,
-            _ => LEAST_CONTACTS,
-        };
         let finest = match setup.precision {
             Precision::F32 => FINEST_PER_OVERLAP * model.contact.overlap_tolerance,
             Precision::F64 => 0.0,
         };
-        if least < u64::MAX {
-            solver.compile(gpu)?;
-        }
-        Ok(Some(Frictional { solver, least, finest }))
+        solver.compile(gpu)?;
+        Ok(Some(Frictional { solver, finest }))
     }
 }
 
