@@ -17,8 +17,9 @@ import matplotlib.pyplot as plot  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-sys.path[:0] = [str(HERE / name) for name in ("atlas", "decades", "precision", "friction")]
+sys.path[:0] = [str(HERE / name) for name in ("atlas", "decades", "equal", "precision", "friction")]
 
+import at_equal as equal  # noqa: E402
 import draw as atlas  # noqa: E402
 import page as precision  # noqa: E402
 import result as friction  # noqa: E402
@@ -34,7 +35,7 @@ BLOCKS = [
     *["origin", "best", "short", "rods-1000", "rods-1000 faster", "rods-8000", "ellipsoids-1000", "ellipsoids-1000 faster"],
     *["tuning", "settings", "colony", "lcp warm", "lcp cold", "atlas", "atlas relcp", "decades"],
     *["precision", "precision summary", "precision unbeaten", "precision least", "precision settings", "precision origin"],
-    *["friction", "friction cases"],
+    *["friction", "friction cases", "equal", "equal tolerances", "equal origin"],
 ]
 NOT_MEASURED = "Not measured yet.\n"
 COLOURS = {name: f"C{index}" for index, name in enumerate(ENGINES)}
@@ -117,26 +118,6 @@ def looser(rows):
         if row["engine"] == "relcp" and set(row["settings"]) == {"tolerance"}:
             best.setdefault(float(row["settings"]["tolerance"]), row)
     return [best[tolerance] for tolerance in sorted(best, reverse=True)]
-
-
-def short_table(rows, scene="rods-1000"):
-    """First at equal overlap: relcp at looser tolerances, and of each engine the run with the least overlap at any step;
-    then relcp at its default tolerance, at the step that takes it the least time."""
-    rows = [row for row in rows if row["scene"] == scene and whole(row)]
-    gyration = reference(rows, scene)
-    fair = [row for row in rows if not astray(row, gyration)]
-    engines = {}
-    for row in sorted(fair, key=lambda row: row["max_overlap"]):
-        if row["engine"] != "relcp":
-            engines.setdefault(row["engine"], row)
-    default = [row for row in fair if row["engine"] == "relcp" and not row["settings"]]
-    body = []
-    for row in [*looser(fair), *engines.values(), *sorted(default, key=lambda row: row["cpu_s"])[:1]]:
-        program = f"{name(row).split()[0]} {row['version']}"
-        if row["engine"] == "relcp":
-            program += f" at {row['settings'].get('tolerance', '1e-5')}"
-        body.append([program, f"{row['dt']:g}", f"{row['cpu_s']:.1f} s", f"{row['max_overlap']:.1e}"])
-    return table(["program", "time step", "CPU time, one core", "largest overlap"], body) if body else NOT_MEASURED
 
 
 def best_table(rows, scene="rods-1000"):
@@ -291,7 +272,6 @@ def blocks(folder):
     if packing:
         made["origin"] = origin(packing)
         made["best"] = best_table(packing)
-        made["short"] = short_table(packing)
         made["settings"] = settings_table(packing)
         for scene in dict.fromkeys(row["scene"] for row in packing):
             made[scene] = packing_table(packing, scene)
@@ -314,6 +294,11 @@ def blocks(folder):
         names = {key: engine["name"] for key, engine in ENGINES.items()}
         made.update(precision.blocks(ends, names, table))
         save(precision.curves(precision.least(ends), names, COLOURS), folder / "precision.svg")
+    if turns := read(folder, "equal"):
+        names = {key: engine["name"] for key, engine in ENGINES.items()}
+        made.update(equal.blocks(turns, names, table))
+        if any(row["engine"] != "relcp" for row in turns):
+            save(equal.curves(turns, names, COLOURS), folder / "equal.svg")
     if rough := read(folder, "friction"):
         made.update(friction.blocks(rough, table))
     return {**{key: NOT_MEASURED for key in BLOCKS}, **made}

@@ -1,0 +1,96 @@
+"""Tables of relcp beside each engine at the overlap of that engine's own run."""
+
+# Tolerances that relcp is measured at, whatever engines overlap by.
+DECADES = ["1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7"]
+# relcp's time step in all its runs.
+DT = 0.1
+TITLES = {"rods-1000": "1,000 rods", "ellipsoids-1000": "1,000 ellipsoids", "rods-8000": "8,000 rods"}
+
+
+def twin(engine):
+    """The name of relcp's settings at the overlap of an engine."""
+    return f"as {engine}"
+
+
+def quickest(rows):
+    """Of the rounds of each point the one with the least CPU time."""
+    best = {}
+    for row in sorted((row for row in rows if "cpu_s" in row), key=lambda row: row["cpu_s"]):
+        best.setdefault((row["scene"], row["engine"], row["settings_name"]), row)
+    return best
+
+
+def seconds(value):
+    return f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+
+
+def pairs(rows, scene):
+    """Each engine's run and relcp's at its overlap, the engine with the least overlap first."""
+    best = quickest(row for row in rows if row["scene"] == scene and row.get("ended") is None)
+    found = []
+    for (_, engine, _), row in best.items():
+        own = best.get((scene, "relcp", twin(engine)))
+        if engine != "relcp" and own:
+            found.append((row, own))
+    return sorted(found, key=lambda pair: pair[0]["max_overlap"])
+
+
+def against(rows, names, table, scenes):
+    """One line an engine and scene: its run, relcp's time at that overlap, and the ratio of the times."""
+    body = []
+    for scene in scenes:
+        for row, own in pairs(rows, scene):
+            program = f"{names[row['engine']].split()[0]} {row['version']}"
+            ratio = own["cpu_s"] / row["cpu_s"]
+            cells = [program, f"{row['max_overlap']:.1e}", f"{seconds(row['cpu_s'])} s", f"{seconds(own['cpu_s'])} s"]
+            body.append([*([TITLES[scene]] if len(scenes) > 1 else []), *cells, f"{ratio:.2f}"])
+    head = ["program", "its largest overlap", "its CPU time", "relcp at that overlap", "ratio"]
+    return table([*(["scene"] if len(scenes) > 1 else []), *head], body)
+
+
+def tolerances(rows, table):
+    """relcp's CPU seconds by its tolerance, one line a scene."""
+    best = quickest(row for row in rows if row["engine"] == "relcp" and row.get("ended") is None)
+    scenes = [scene for scene in TITLES if any(key[0] == scene for key in best)]
+    cell = lambda scene, name: seconds(best[scene, "relcp", name]["cpu_s"]) if (scene, "relcp", name) in best else ""
+    body = [[TITLES[scene], *(cell(scene, name) for name in DECADES)] for scene in scenes]
+    return table(["CPU s by tolerance", *DECADES], body)
+
+
+def blocks(rows, names, table):
+    """What pages show."""
+    scenes = [scene for scene in TITLES if pairs(rows, scene)]
+    days = sorted({row["date"] for row in rows})
+    clocks = sorted(row["clock"] for row in rows)
+    loads = [row["load"] for row in rows]
+    said = f"Measured {' to '.join(dict.fromkeys([days[0], days[-1]]))} from {clocks[0]} to {clocks[-1]} UTC, "
+    said += f"{rows[0]['machine']}, one thread on one core, relcp at a step of {DT:g}, by turns; the least of "
+    said += f"{max(row['round'] for row in rows)} rounds. Load of the machine: {min(loads):.1f} to {max(loads):.1f}.\n"
+    return {
+        "short": against(rows, names, table, ["rods-1000"]),
+        "equal": against(rows, names, table, scenes),
+        "equal tolerances": tolerances(rows, table),
+        "equal origin": said,
+    }
+
+
+def curves(rows, names, colours):
+    """relcp's curve over its tolerances beside the point of each engine, one panel a scene."""
+    import matplotlib.pyplot as plot
+
+    scenes = [scene for scene in TITLES if pairs(rows, scene)]
+    figure, axes = plot.subplots(1, len(scenes), figsize=(4.6 * len(scenes), 3.8), squeeze=False)
+    for scene, axis in zip(scenes, axes[0]):
+        best = quickest(row for row in rows if row["scene"] == scene and row.get("ended") is None)
+        own = sorted((row["max_overlap"], row["cpu_s"]) for (_, engine, _), row in best.items() if engine == "relcp")
+        axis.loglog(*zip(*own), "-o", color=colours["relcp"], markersize=4)
+        axis.annotate("relcp", own[len(own) // 2], xytext=(6, 6), textcoords="offset points", color=colours["relcp"])
+        for row, _ in pairs(rows, scene):
+            at = row["max_overlap"], row["cpu_s"]
+            axis.loglog(*at, "s", color=colours[row["engine"]])
+            axis.annotate(names[row["engine"]], at, xytext=(5, -3), textcoords="offset points", fontsize=8)
+        axis.set(title=TITLES[scene], xlabel="largest overlap, a length", ylabel="CPU seconds, one core")
+        axis.margins(x=0.25)
+        axis.grid(alpha=0.3)
+    figure.tight_layout()
+    return figure
