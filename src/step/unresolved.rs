@@ -76,6 +76,8 @@ pub struct Unresolved {
     pub tolerance: f64,
     /// Whether `contact.on_failure` of the scene may be `"continue"`.
     pub may_be_accepted: bool,
+    /// Whether the scene has bonds or joints that keep a length or an angle exactly.
+    pub has_rigid_bonds: bool,
 }
 
 impl Unresolved {
@@ -96,6 +98,10 @@ impl Unresolved {
             }
             _ if self.may_be_accepted => {
                 "use a smaller time.dt, or accept and count such steps with contact.on_failure = \"continue\""
+            }
+            // Balls that touch and turn about the point where they touch overlap at once.
+            "overlap" if self.has_rigid_bonds => {
+                "use a smaller time.dt; bodies that a bond or a joint joins need room to turn, or its \"contact\": false"
             }
             _ => "use a smaller time.dt",
         }
@@ -174,7 +180,15 @@ mod tests {
             moved: None,
             tolerance,
             may_be_accepted: true,
+            has_rigid_bonds: false,
         }
+    }
+
+    #[test]
+    fn balls_that_turn_about_the_point_where_they_touch_get_a_remedy() {
+        let joined = Unresolved { may_be_accepted: false, has_rigid_bonds: true, ..unresolved(Some([4, 7]), None) };
+        assert!(joined.remedy().contains("need room to turn"));
+        assert_eq!(Unresolved { has_rigid_bonds: false, ..joined }.remedy(), "use a smaller time.dt");
     }
 
     #[test]
