@@ -137,7 +137,9 @@ fn in_words(found: &str, wanted: &str) -> String {
         return found.replacen(named, name, 1).replace('`', "");
     }
     match (found, found.strip_prefix("invalid length ")) {
-        ("map", _) if wanted.contains("a single key") => "an object with none or several: settings go inside that key".into(),
+        ("map", _) if wanted.contains("a single key") => {
+            "an object with none or several: settings go inside that key".into()
+        }
         ("map", _) => "an object".into(),
         ("sequence", _) => "a list".into(),
         // serde accepts a list in place of an object, in the order of its keys.
