@@ -175,3 +175,37 @@ fn other_scenes_are_as_they_were() {
     assert!(!written.contains("load"), "{written}");
     assert!(run(parse(&of), &Compute::Cpu).bodies.walls.is_empty());
 }
+
+/// A wall over a moving crowd: in each step its momentum, or its drag, is what the load and all contacts together make.
+#[test]
+fn the_momentum_of_a_loaded_wall_is_balanced_in_each_step() {
+    let (dt, force, own) = (0.01, 6.0, 4.0);
+    for (resistance, law) in
+        [("drag", json!({"overdamped": {"drag": 1}})), ("mass", json!({"inertial": {"density": 1, "drag": 0.5}}))]
+    {
+        let mut load = json!({"force": force});
+        load[resistance] = json!(own);
+        let of = scene(
+            json!({"dynamics": law, "contact": {"overlap_tolerance": 1e-6}, "solver": {"tolerance": 1e-11},
+                "walls": [{"box": {"minimum": [-2.5, -2.5, 0], "maximum": [2.5, 2.5, 9]}}, piston(-7.0, load)],
+                "generate": [{"isotropic": {"count": 20, "shape": {"ellipsoid": {"radii": [0.5, 0.5, 0.8]}}}}]}),
+            dt,
+            3.0,
+        );
+        let mut simulation = Simulation::new(parse(&of)).unwrap();
+        let (mut before, mut worst, mut borne) = (0.0, 0.0_f64, 0.0_f64);
+        while !simulation.done() {
+            let report = simulation.step().unwrap();
+            let state = simulation.state().unwrap();
+            let velocity = state.bodies.walls[0].velocity;
+            let number = relcp::walls::number_of(6);
+            let contact: f64 = state.warm.iter().filter(|warm| warm.pair[1] == number).map(|warm| warm.gamma).sum();
+            let left = if resistance == "mass" { own * (velocity - before) / dt } else { own * velocity };
+            assert_eq!(report.pieces, 1, "step {}", report.step);
+            worst = worst.max((left - (force - contact)).abs() / force);
+            (before, borne) = (velocity, borne.max(contact));
+        }
+        println!("{resistance}: within {worst:.1e}, contacts bore up to {borne:.2}");
+        assert!(worst < 1e-8 && borne > 0.5 * force, "{resistance}: {worst:e} {borne}");
+    }
+}

@@ -16,6 +16,35 @@ const COMPACTION: [&str; 2] = ["compaction", "time.end=12"];
 const SHEARED: [&str; 2] = ["sheared.json", "time.end=3"];
 const BONDED: [&str; 2] = ["chaining", "time.end=2"];
 const ROUGH: [&str; 2] = ["pile", "time.end=1"];
+const FED: [&str; 2] = ["fed.json", "time.end=6"];
+const HEAVY: [&str; 2] = ["heavy.json", "time.end=4"];
+
+/// Cells in a viscous fluid that grow by a field, die, and are pressed by a wall with drag that moves sideways.
+const CULTURE: &str = r#"{"name": "fed", "seed": 3, "planar": true, "time": {"dt": 0.004, "end": 6},
+    "dynamics": {"overdamped": {"drag": {"viscosity": 0.3}}}, "periodic": {"lengths": [16, null, null]},
+    "walls": [{"half_space": {"normal": [0, 1, 0], "offset": 0}}, {"half_space": {"normal": [0, -1, 0], "offset": -14,
+        "load": {"pressure": 0.5, "drag": 20}, "motion": {"velocity": [0.2, 0, 0]}}}],
+    "fields": {"food": {"cells": [16, 14, 1], "spacing": 1, "center": [0, 7, 0], "diffusion": 3, "initial": 1,
+        "held": [{"inside": {"box": {"minimum": [-2, 12, -1], "maximum": [2, 14, 1]}}, "value": 1}],
+        "exchange": [{"uptake": 1, "half": 0.2}]}},
+    "growth": {"group": "cells", "rate": 1, "rate_noise": 0.1, "division_length": 2, "reorientation_degrees": 10,
+        "nutrient": {"field": "food", "half": 0.2}},
+    "removal": [{"rate": 0.15, "group": "cells"}],
+    "generate": [{"founder": {"length": 1.5, "diameter": 0.6, "angle": 30, "position": [-6, 2, 0], "group": "cells",
+            "repeat": [{"count": 4, "offset": [4, 0, 0]}]}},
+        {"lattice": {"kind": "square", "shape": {"sphere": {"radius": 0.4}}, "spacing": 2, "counts": [8, 2, 1],
+            "center": [0, 6, 0], "group": "balls"}}]}"#;
+
+/// Bodies with inertia that drag along their axes slows, under a wall with a mass.
+const PRESS: &str = r#"{"name": "heavy", "seed": 3, "time": {"dt": 0.004, "end": 4},
+    "dynamics": {"inertial": {"density": 1, "drag": {"parallel": 0.1, "perpendicular": 0.3}}},
+    "walls": [{"box": {"minimum": [-3, -3, 0], "maximum": [3, 3, 12]}},
+        {"half_space": {"normal": [0, 0, -1], "offset": -11, "load": {"force": 30, "mass": 20, "velocity": 0.2}}}],
+    "fields": {"heat": {"cells": [6, 6, 12], "spacing": 1, "center": [0, 0, 6], "diffusion": 0.5,
+        "exchange": [{"secretion": 1}]}},
+    "forces": [{"gravity": {"acceleration": [0, 0, -3]}}],
+    "generate": [{"isotropic": {"count": 40, "shape": {"ellipsoid": {"radii": [0.5, 0.5, 0.8]}},
+        "mixture": [{"count": 20, "shape": {"spherocylinder": {"diameter": 0.6, "length": 1.5}}}]}}]}"#;
 
 /// A suspension in a sheared cell, with Brownian motion.
 const SUSPENSION: &str = r#"{"name": "sheared", "seed": 5, "planar": true, "time": {"dt": 0.01, "end": 3},
@@ -45,7 +74,9 @@ fn start(place: &Path, [scene, end]: [&str; 2], folder: &str) -> Command {
 fn killed_and_resumed(scene: [&str; 2], seed: u64) {
     let kills = std::env::var("RELCP_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(KILLS);
     let place = tempfile::tempdir().unwrap();
-    std::fs::write(place.path().join(SHEARED[0]), SUSPENSION).unwrap();
+    for ([file, _], text) in [(SHEARED, SUSPENSION), (FED, CULTURE), (HEAVY, PRESS)] {
+        std::fs::write(place.path().join(file), text).unwrap();
+    }
     let begun = Instant::now();
     assert!(start(place.path(), scene, "whole").status().unwrap().success());
     let (whole, expected) = (begun.elapsed(), hash(&place.path().join("whole")));
@@ -113,4 +144,14 @@ fn chains_of_cells() {
 #[test]
 fn a_heap_with_friction() {
     killed_and_resumed(ROUGH, 5);
+}
+
+#[test]
+fn cells_that_feed_under_a_loaded_wall() {
+    killed_and_resumed(FED, 6);
+}
+
+#[test]
+fn bodies_with_drag_by_axis_under_a_heavy_wall() {
+    killed_and_resumed(HEAVY, 7);
 }

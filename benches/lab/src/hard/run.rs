@@ -162,7 +162,7 @@ impl Run {
     ) -> Result<(), Stopped> {
         self.bodies = start.scene.build()?;
         self.figures.bodies = self.bodies.len();
-        let walls = start.scene.walls();
+        let (walls, fixed) = (start.scene.walls(), start.scene.fixed());
         let mut simulation =
             internals::simulation::start(compute, start.scene.clone(), State::new(self.bodies.clone()))?;
         if let Some(pull) = start.pull {
@@ -172,7 +172,8 @@ impl Run {
             let report = simulation.step()?;
             let after = &simulation.state()?.bodies;
             self.figures.count(&report);
-            self.figures.audit(&report, after, &walls.at(simulation.time()), simulation.precision());
+            let walls = walls.at(simulation.time()).gone(&after.walls);
+            self.figures.audit(&report, (after, &fixed.flags(after)), &walls, simulation.precision());
             seen(&self.bodies, &simulation);
             self.bodies.clone_from(after);
         }
@@ -245,10 +246,21 @@ impl Figures {
         }
     }
 
-    /// Looks at an accepted state without anything that the step knows of it.
-    pub(super) fn audit(&mut self, report: &StepReport, after: &Bodies, walls: &Walls, precision: Precision) {
-        let found = contacts(after, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
-        let found = found.max(walls.max_overlap(after));
+    /// Looks at an accepted state, and which of its bodies are fixed, without anything else that the step knows of it.
+    /// Overlaps of fixed bodies with each other and with walls are allowed.
+    pub(super) fn audit(
+        &mut self,
+        report: &StepReport,
+        (after, fixed): (&Bodies, &[bool]),
+        walls: &Walls,
+        precision: Precision,
+    ) {
+        let is_fixed = |body: usize| fixed.get(body).copied().unwrap_or(false);
+        let pairs = contacts(after, 0.0);
+        let pairs = pairs.iter().filter(|contact| !contact.bodies.iter().all(|body| is_fixed(*body)));
+        let at_walls = walls.contacts(after, 0.0);
+        let at_walls = at_walls.iter().filter(|contact| !is_fixed(contact.body)).map(|contact| contact.separation);
+        let found = pairs.map(|contact| contact.separation).chain(at_walls).fold(0.0, |most, gap| f64::max(most, -gap));
         self.states_not_finite += u64::from(!finite(after));
         self.max_overlap = self.max_overlap.max(found);
         let rounding = ROUNDINGS * epsilon(precision) * magnitude(after);

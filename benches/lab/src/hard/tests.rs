@@ -62,7 +62,12 @@ fn an_audit_finds_what_a_report_hides() {
     let overlapping = start.scene.build().unwrap();
     let said = |max_overlap: f64| {
         let mut figures = good();
-        figures.audit(&with!(max_overlap, ..StepReport::default()), &overlapping, &Walls::default(), Precision::F64);
+        figures.audit(
+            &with!(max_overlap, ..StepReport::default()),
+            (&overlapping, &[]),
+            &Walls::default(),
+            Precision::F64,
+        );
         figures
     };
     let honest = said(1.0 - 0.9);
@@ -77,7 +82,7 @@ fn an_audit_finds_what_a_report_hides() {
         let mut figures = good();
         figures.audit(
             &with!(max_overlap: 1.0 - 0.9, ..StepReport::default()),
-            &bodies,
+            (&bodies, &[]),
             &Walls::default(),
             Precision::F64,
         );
@@ -86,7 +91,12 @@ fn an_audit_finds_what_a_report_hides() {
     let mut bodies = overlapping;
     bodies.orientation[0] = DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0);
     let mut figures = good();
-    figures.audit(&with!(max_overlap: 1.0 - 0.9, ..StepReport::default()), &bodies, &Walls::default(), Precision::F64);
+    figures.audit(
+        &with!(max_overlap: 1.0 - 0.9, ..StepReport::default()),
+        (&bodies, &[]),
+        &Walls::default(),
+        Precision::F64,
+    );
     assert_eq!(figures.states_not_finite, 1);
 }
 
@@ -97,7 +107,7 @@ fn an_audit_looks_at_walls() {
     start.scene.walls =
         vec![Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -0.4, motion: None, friction: None, load: None }];
     let mut figures = good();
-    figures.audit(&StepReport::default(), &bodies, &start.scene.walls(), Precision::F64);
+    figures.audit(&StepReport::default(), (&bodies, &[]), &start.scene.walls(), Precision::F64);
     assert_eq!((figures.steps_over, figures.steps_misreported), (1, 1));
     assert!((figures.max_overlap - 0.1).abs() < 1e-15);
 }

@@ -66,7 +66,8 @@ fn drawn(arguments: &Arguments) -> Result<Found, LabError> {
         _ => (rayon::current_num_threads(), COMPUTED_BY.to_owned()),
     };
     let most_steps = if arguments.quick { QUICK_STEPS } else { u64::MAX };
-    let options = Options { seed: arguments.seed, threads, most_steps, rough: arguments.friction, compute };
+    let options =
+        Options { seed: arguments.seed, threads, most_steps, rough: arguments.friction, keys: arguments.keys, compute };
     // Before the first run, so that an unwritable folder is reported at once.
     write_all(&arguments.out, [])?;
     let counts = [arguments.random, arguments.confined, arguments.pressed];

@@ -4,6 +4,7 @@
 
 mod confined;
 mod drive;
+mod keyed;
 mod page;
 mod place;
 mod pressed;

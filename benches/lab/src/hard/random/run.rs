@@ -1,5 +1,6 @@
 //! Runs drawn scenes, each on its own thread, and judges each run.
 
+use super::keyed::furnish;
 use super::rough::roughen;
 use super::watch::Watch;
 use super::{Drawn, confined, pressed, random};
@@ -66,6 +67,8 @@ pub struct Options {
     pub most_steps: u64,
     /// Whether scenes get friction, and some restitution.
     pub rough: bool,
+    /// Whether they get fields, loads, drag of real bodies, regions, fences or removal.
+    pub keys: bool,
     /// The backend.
     pub compute: Compute,
 }
@@ -81,6 +84,9 @@ pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Syn
         let row = ticket.draw(options.seed).map(|mut drawn| {
             if options.rough {
                 roughen(options.seed, ticket.number, &mut drawn);
+            }
+            if options.keys {
+                furnish(options.seed, ticket.number, &mut drawn);
             }
             run(ticket.from, drawn, options.most_steps, &options.compute)
         });

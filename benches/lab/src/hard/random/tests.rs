@@ -115,7 +115,8 @@ fn everything_that_a_scene_may_have_is_drawn() {
 #[test]
 fn drawn_scenes_get_the_same_rows_on_any_number_of_threads_and_none_fails() {
     let tickets = Ticket::of([25, 4, 0]);
-    let options = |threads: usize| Options { seed: 1, threads, most_steps: 12, rough: false, compute: Compute::Cpu };
+    let options =
+        |threads: usize| Options { seed: 1, threads, most_steps: 12, rough: false, keys: false, compute: Compute::Cpu };
     let rows = run_all(&tickets, &options(2), &|_| ()).unwrap();
     assert_eq!(rows, run_all(&tickets, &options(1), &|_| ()).unwrap());
     let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
@@ -134,7 +135,8 @@ fn drawn_scenes_get_the_same_rows_on_any_number_of_threads_and_none_fails() {
 #[test]
 fn pressed_bodies_get_the_same_rows_on_any_number_of_threads() {
     let tickets = Ticket::of([0, 0, 12]);
-    let options = |threads: usize| Options { seed: 1, threads, most_steps: 8, rough: false, compute: Compute::Cpu };
+    let options =
+        |threads: usize| Options { seed: 1, threads, most_steps: 8, rough: false, keys: false, compute: Compute::Cpu };
     let rows = run_all(&tickets, &options(2), &|_| ()).unwrap();
     assert_eq!(rows, run_all(&tickets, &options(1), &|_| ()).unwrap());
     assert!(rows.iter().all(|row| row.from == From::Pressed && row.name.starts_with("pressed-1-")), "{rows:?}");

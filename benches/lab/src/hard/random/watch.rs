@@ -55,7 +55,8 @@ impl Watch {
     /// are bodies.
     fn see_ways(&mut self, before: &Bodies, after: &Bodies, scene: &Scene) {
         let dt = scene.time.dt;
-        let free = self.free.way(before) + self.free.walls_way(before);
+        let shifts = before.walls.iter().zip(&after.walls).map(|(before, after)| (after.shift - before.shift).abs());
+        let free = self.free.way(before) + self.free.walls_way(before) + shifts.fold(0.0, f64::max);
         let overlap = contacts(before, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         let longest = after.shape.iter().chain(&before.shape).map(|shape| shape.major_axis()).fold(0.0, f64::max);
         let growth = scene.growth.iter().map(|growth| growth.fastest_rate() * dt * longest).fold(0.0, f64::max);
