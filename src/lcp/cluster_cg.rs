@@ -20,7 +20,7 @@
 
 use super::drive::Point;
 use super::pair_block_cg::{Descent, PairBlockCg};
-use super::verbs::{InClusters, Scalar};
+use super::verbs::{InClusters, Past, Scalar};
 
 /// The shortest trial length that is remembered: a row may be in up to eight clusters, so a sum without weights is up
 /// to eight times too long, and bounds shorten the step further.
@@ -78,11 +78,19 @@ impl<V: InClusters> Descent<V> for ByClusters<V::Vector, V::Scalar> {
         self.busy = verbs.number(0.0);
     }
 
-    fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector) {
+    fn make(
+        &mut self,
+        verbs: &mut V,
+        at: &Point<V::Vector>,
+        [[d, ad], [e, ae]]: [Past<V::Vector>; 2],
+        z: &mut V::Vector,
+    ) -> [V::Scalar; 6] {
+        let g = &at.g;
         let residual = verbs.residual(&at.x, &at.g);
         let in_clusters = self.next(residual);
         verbs.descend(&at.x, &at.g, &mut self.by_pairs);
-        verbs.descend_in_clusters(in_clusters, [&at.x, &at.g], self.tolerance, &self.by_pairs, z);
+        verbs.descend_in_clusters(in_clusters, [&at.x, g], self.tolerance, &self.by_pairs, z);
+        verbs.dots([[g, d], [z, ad], [g, e], [z, ae], [d, ae], [g, z]])
     }
 
     fn feasible<'a>(&'a self, _: &'a V::Vector) -> &'a V::Vector {

@@ -13,7 +13,7 @@ use super::incidence::Incidence;
 use super::loops::Chunks;
 use super::numbering;
 use super::on_rows::{Diagonals, Numbers, OnRows};
-use super::pair_blocks::{self, PairBlocks};
+use super::pair_blocks::{self, Blocks, PairBlocks};
 use super::portion::{Alone, Portion};
 use super::product::{Product, ZERO_ROW};
 use super::verbs::InClusters;
@@ -284,8 +284,58 @@ impl<const D: usize, P: Portion<D>> OnRows for Cpu<D, P> {
         &self,
         start: [f64; N],
         join: impl Fn(usize, f64, f64) -> f64,
-        chunk: impl Fn(Range<usize>) -> [f64; N],
+        chunk: impl FnMut(Range<usize>) -> [f64; N],
     ) -> [f64; N] {
+        self.portion.join_chunks(start, join, chunk, &self.chunks)
+    }
+
+    fn has_small_chunks(&self) -> bool {
+        !self.parallel_rows && self.portion.has_threads()
+    }
+
+    fn join_blocks<const N: usize>(
+        &mut self,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        mut chunk: impl FnMut(Range<usize>, &mut Blocks, &Numbers) -> [f64; N],
+    ) -> [f64; N] {
+        let diagonals = Diagonals {
+            plain: &self.diagonal,
+            inverse: &self.inverse,
+            majorant: &self.majorant,
+            inverse_majorant: &self.inverse_majorant,
+        };
+        let numbers = Numbers { diagonals, q: &self.q, compliance: self.compliance };
+        let mut blocks = self.blocks.chunks();
+        let chunk = |rows| blocks.next().map_or(start, |blocks| chunk(rows, blocks, &numbers));
+        self.portion.join_chunks(start, join, chunk, &self.chunks)
+    }
+
+    fn multiply_and_join<const N: usize>(
+        &mut self,
+        x: &[f64],
+        out: &mut [f64],
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        mut chunk: impl FnMut(Range<usize>, &Numbers, &mut [f64]) -> [f64; N],
+    ) -> [f64; N] {
+        self.products += 1;
+        let numbers = Numbers {
+            diagonals: Diagonals {
+                plain: &self.diagonal,
+                inverse: &self.inverse,
+                majorant: &self.majorant,
+                inverse_majorant: &self.inverse_majorant,
+            },
+            q: &self.q,
+            compliance: self.compliance,
+        };
+        self.product.velocities(x);
+        let chunk = |rows: Range<usize>| {
+            let out = &mut out[rows.clone()];
+            self.product.rows_of(rows.clone(), out);
+            chunk(rows, &numbers, out)
+        };
         self.portion.join_chunks(start, join, chunk, &self.chunks)
     }
 

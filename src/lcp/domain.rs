@@ -168,7 +168,7 @@ impl Border {
         &self,
         start: [f64; N],
         join: impl Fn(usize, f64, f64) -> f64,
-        chunk: impl Fn(Range<usize>) -> [f64; N],
+        mut chunk: impl FnMut(Range<usize>) -> [f64; N],
         chunks: impl Iterator<Item = Range<usize>>,
     ) -> [f64; N] {
         let Domain { processes, blocks, .. } = &*self.domain;

@@ -56,6 +56,10 @@ pub trait Method<V: Verbs> {
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>);
     /// Updates `at.g` before a check. Returns whether it was recomputed rather than updated by recurrence.
     fn refresh(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) -> bool;
+    /// The residual after the last iteration, whose gradient is not recomputed since.
+    fn residual(&mut self, verbs: &mut V, at: &Point<V::Vector>) -> V::Scalar {
+        verbs.residual(&at.x, &at.g)
+    }
     /// Iterations without improvement after which a solve ends as `NoProgress`.
     fn patience(&self) -> u64 {
         PATIENCE
@@ -210,10 +214,12 @@ impl<T> Drive<T> {
                 state.noted += 1;
             }
             let fresh = method.refresh(verbs, at);
-            if !fresh && state.noted % renewal < check_every {
+            let residual = if !fresh && state.noted % renewal < check_every {
                 verbs.gradient(&at.x, &mut at.g);
-            }
-            let residual = verbs.residual(&at.x, &at.g);
+                verbs.residual(&at.x, &at.g)
+            } else {
+                method.residual(verbs, at)
+            };
             // On a tie the newer iterate is kept: infeasible systems continue with equal residuals.
             verbs.copy_if_positive(state.best - residual, &at.x, &mut self.best);
             state.best = state.best.min(residual);

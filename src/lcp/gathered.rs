@@ -92,7 +92,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         &self,
         start: [f64; N],
         join: impl Fn(usize, f64, f64) -> f64,
-        chunk: impl Fn(Range<usize>) -> [f64; N],
+        chunk: impl FnMut(Range<usize>) -> [f64; N],
         chunks: &Chunks,
     ) -> [f64; N] {
         match &self.border {

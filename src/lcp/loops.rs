@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 /// Interleaved parts of a sum.
-const PARTS: usize = 8;
+pub(super) const PARTS: usize = 8;
 
 /// This many entries of each of six vectors fit together into the first-level cache, 24 KiB.
 const CACHED: usize = 512;
@@ -159,7 +159,7 @@ impl<F: Fn(usize, f64, f64) -> f64, const N: usize> Tree<F, N> {
 pub(super) fn join_chunks<const N: usize>(
     start: [f64; N],
     join: impl Fn(usize, f64, f64) -> f64,
-    chunk: impl Fn(Range<usize>) -> [f64; N],
+    mut chunk: impl FnMut(Range<usize>) -> [f64; N],
     chunks: &Chunks,
 ) -> [f64; N] {
     let mut tree = Tree::new(join);

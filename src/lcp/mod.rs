@@ -34,6 +34,7 @@ mod local;
 mod numbering;
 mod on_rows;
 mod pair_block_cg;
+mod passes;
 mod places;
 mod portion;
 mod projected_gauss_seidel;

@@ -4,7 +4,9 @@
 
 use super::cone::{project, residual, room, worse};
 use super::loops::{dots, fold, map, update};
-use super::verbs::{Checks, Metric, Verbs};
+use super::pair_blocks::Blocks;
+use super::passes;
+use super::verbs::{At, Checks, Metric, Past, Term, Verbs, composed};
 use std::ops::Range;
 
 /// The diagonals of all or some rows of a problem.
@@ -59,7 +61,26 @@ pub(super) trait OnRows {
         &self,
         start: [f64; N],
         join: impl Fn(usize, f64, f64) -> f64,
-        chunk: impl Fn(Range<usize>) -> [f64; N],
+        chunk: impl FnMut(Range<usize>) -> [f64; N],
+    ) -> [f64; N];
+    /// Whether every chunk has its own small problems, and all rows are here or with other threads: what the operations
+    /// below need.
+    fn has_small_chunks(&self) -> bool;
+    /// [`OnRows::join_chunks`] with the small problems of each chunk.
+    fn join_blocks<const N: usize>(
+        &mut self,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        chunk: impl FnMut(Range<usize>, &mut Blocks, &Numbers) -> [f64; N],
+    ) -> [f64; N];
+    /// [`OnRows::multiply`] that reduces all chunks; `chunk` gets the result of each.
+    fn multiply_and_join<const N: usize>(
+        &mut self,
+        x: &[f64],
+        out: &mut [f64],
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        chunk: impl FnMut(Range<usize>, &Numbers, &mut [f64]) -> [f64; N],
     ) -> [f64; N];
     /// The recorded residuals that were not read yet.
     fn noted(&mut self) -> &mut Vec<f64>;
@@ -79,15 +100,16 @@ fn over<const N: usize>(
     all
 }
 
-fn regularize(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
+/// Adds the part of compliance to `ax = A x` at some rows.
+pub(super) fn regularize(numbers: &Numbers, rows: Range<usize>, x: &[f64], ax: &mut [f64]) {
     if numbers.compliance > 0.0 {
         let part = numbers.compliance;
-        update(ax, [x, numbers.diagonals.plain()], |ax, [x, s]| ax + part * s * x);
+        update(ax, [x, &numbers.diagonals.plain()[rows]], |ax, [x, s]| ax + part * s * x);
     }
 }
 
 /// The smaller number; NaN counts as no bound.
-fn smaller(a: f64, b: f64) -> f64 {
+pub(super) fn smaller(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 
@@ -116,14 +138,14 @@ impl<R: OnRows> Verbs for R {
 
     fn product(&mut self, x: &Vec<f64>, ax: &mut Vec<f64>) {
         self.multiply(x, ax);
-        regularize(&self.numbers(), x, ax);
+        regularize(&self.numbers(), 0..x.len(), x, ax);
     }
 
     fn gradient(&mut self, x: &Vec<f64>, g: &mut Vec<f64>) {
         self.multiply(x, g);
         let numbers = self.numbers();
         update(g, [numbers.q], |ax, [q]| ax + q);
-        regularize(&numbers, x, g);
+        regularize(&numbers, 0..x.len(), x, g);
     }
 
     fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {
@@ -190,6 +212,48 @@ impl<R: OnRows> Verbs for R {
             [a, b, fold(rows, [x, d], f64::INFINITY, smaller, |[x, d]| room(x, d))]
         });
         ([a, b], least)
+    }
+
+    fn descend_beside(&mut self, at: At<Vec<f64>>, past: [Past<Vec<f64>>; 2], out: &mut Vec<f64>) -> [f64; 6] {
+        if !self.has_small_chunks() {
+            return composed::descend_beside(self, at, past, out);
+        }
+        let (at, past) = (at.map(Vec::as_slice), past.map(|past| past.map(Vec::as_slice)));
+        passes::descend(self, at, past, out)
+    }
+
+    fn displace_and_multiply(
+        &mut self,
+        at: At<Vec<f64>>,
+        terms: [Term<f64, Vec<f64>>; 3],
+        safe: (f64, &Vec<f64>),
+        made: [&mut Vec<f64>; 2],
+        room: &mut Vec<f64>,
+    ) -> ([f64; 2], f64) {
+        if !self.has_small_chunks() {
+            return composed::displace_and_multiply(self, at, terms, safe, made, room);
+        }
+        let ([out, product], at) = (made, at.map(Vec::as_slice));
+        let terms = terms.map(|(part, term)| (part, term.as_slice()));
+        let [mut slope, mut least] = passes::displace(self, at, terms, out, room);
+        if slope - safe.0 > 0.0 {
+            out.clone_from(safe.1);
+            [slope, least] = passes::along(self, at, out);
+        }
+        ([slope, passes::multiply(self, out, product)], least)
+    }
+
+    fn advance_along(
+        &mut self,
+        part: f64,
+        made: Past<Vec<f64>>,
+        [x, g]: [&mut Vec<f64>; 2],
+        room: &mut Vec<f64>,
+    ) -> Option<f64> {
+        if !self.has_small_chunks() {
+            return composed::advance_along(self, part, made, [x, g], room);
+        }
+        Some(passes::advance(self, part, made.map(Vec::as_slice), x, g))
     }
 
     fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {

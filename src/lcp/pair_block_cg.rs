@@ -13,7 +13,7 @@
 //! step is the last optimum.
 
 use super::drive::{Method, Point};
-use super::verbs::{Scalar, Verbs};
+use super::verbs::{Past, Scalar, Verbs};
 use std::ops::Range;
 
 /// Bounds of the remembered trial length. On the stored systems an upper bound of 1 costs up to a fifth more products
@@ -36,8 +36,14 @@ pub(crate) trait Descent<V: Verbs> {
     const SHORTEST: f64;
     /// Restarts.
     fn begin(&mut self, verbs: &mut V);
-    /// Computes `z` at a point; the objective falls along it.
-    fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector);
+    /// Computes `z` at a point; the objective falls along it. Returns what [`Verbs::descend_beside`] does.
+    fn make(
+        &mut self,
+        verbs: &mut V,
+        at: &Point<V::Vector>,
+        past: [Past<V::Vector>; 2],
+        z: &mut V::Vector,
+    ) -> [V::Scalar; 6];
     /// For the last `z`, a displacement that keeps all multipliers admissible, along which the objective falls too.
     fn feasible<'a>(&'a self, z: &'a V::Vector) -> &'a V::Vector;
 }
@@ -51,8 +57,14 @@ impl<V: Verbs> Descent<V> for ByPairs {
 
     fn begin(&mut self, _: &mut V) {}
 
-    fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector) {
-        verbs.descend(&at.x, &at.g, z);
+    fn make(
+        &mut self,
+        verbs: &mut V,
+        at: &Point<V::Vector>,
+        past: [Past<V::Vector>; 2],
+        z: &mut V::Vector,
+    ) -> [V::Scalar; 6] {
+        verbs.descend_beside([&at.x, &at.g], past, z)
     }
 
     fn feasible<'a>(&'a self, z: &'a V::Vector) -> &'a V::Vector {
@@ -87,6 +99,8 @@ pub(crate) struct PairBlockCg<T, S, B = ByPairs> {
     /// `d . A d` and `e . A e`, zero when there is none.
     curvature: [S; 2],
     length: S,
+    /// The residual after the last iteration, if it is known.
+    residual: Option<S>,
     /// Whether the next solve keeps the displacements.
     goes_on: bool,
 }
@@ -113,21 +127,20 @@ impl<T: Default, S: Scalar, B> PairBlockCg<T, S, B> {
             made: [Direction::none(), Direction::none(), Direction::none()],
             curvature: [0.0.into(); 2],
             length: 1.0.into(),
+            residual: None,
         }
     }
 
-    /// The `a` and `b` of the direction, and `g . z`.
-    fn parts<V: Verbs<Vector = T, Scalar = S>>(&mut self, verbs: &mut V, g: &T) -> ([S; 2], S) {
+    /// Computes `z`. Returns the `a` and `b` of the direction, and `g . z`.
+    fn parts<V: Verbs<Vector = T, Scalar = S>>(&mut self, verbs: &mut V, at: &Point<T>) -> ([S; 2], S)
+    where
+        B: Descent<V>,
+    {
         let zero = S::from(0.0);
-        let ([d, e, _], z) = (&self.made, &self.gradient_step);
-        let [g_d, z_ad, g_e, z_ae, across, g_z] = verbs.dots([
-            [g, &d.displacement],
-            [z, &d.product],
-            [g, &e.displacement],
-            [z, &e.product],
-            [&d.displacement, &e.product],
-            [g, z],
-        ]);
+        let [d, e, _] = &self.made;
+        let past = [[&d.displacement, &d.product], [&e.displacement, &e.product]];
+        let dots = self.descent.make(verbs, at, past, &mut self.gradient_step);
+        let [g_d, z_ad, g_e, z_ae, across, g_z] = dots;
         let right = [-g_d - z_ad, -g_e - z_ae];
         let shift = S::from(1.0 + (ROUNDING * verbs.rounding()).max(REGULARIZATION));
         let diagonal = [self.curvature[0] * shift, self.curvature[1] * shift];
@@ -155,6 +168,7 @@ impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
             made: [made(&self.made[0]), made(&self.made[1]), Direction { displacement: room(), product: room() }],
             curvature: self.curvature,
             length: self.length,
+            residual: None,
             goes_on: self.goes_on,
         }
     }
@@ -187,8 +201,7 @@ impl<V: Verbs, B: Descent<V>> Method<V> for PairBlockCg<V::Vector, V::Scalar, B>
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {
         let (zero, one) = (V::Scalar::from(0.0), V::Scalar::from(1.0));
 
-        self.descent.make(verbs, at, &mut self.gradient_step);
-        let ([a, b], descent) = self.parts(verbs, &at.g);
+        let ([a, b], descent) = self.parts(verbs, at);
 
         let [d, e, next] = &mut self.made;
         let terms = [
@@ -196,19 +209,13 @@ impl<V: Verbs, B: Descent<V>> Method<V> for PairBlockCg<V::Vector, V::Scalar, B>
             (self.length * a, &d.displacement),
             (self.length * b, &e.displacement),
         ];
-        verbs.displace(&at.x, terms, &mut next.displacement, &mut self.room);
-        let safe = descent * V::Scalar::from(DESCENT);
-        let flat = verbs.dot(&at.g, &next.displacement) - safe;
-        verbs.copy_if_positive(flat, self.descent.feasible(&self.gradient_step), &mut next.displacement);
-
-        verbs.product(&next.displacement, &mut next.product);
-        let pairs = [[&at.g, &next.displacement], [&next.displacement, &next.product]];
-        let ([slope, curvature], room) = verbs.dots_and_room(pairs, &at.x, &next.displacement);
+        let safe = (descent * V::Scalar::from(DESCENT), self.descent.feasible(&self.gradient_step));
+        let made = [&mut next.displacement, &mut next.product];
+        let ([slope, curvature], room) = verbs.displace_and_multiply([&at.x, &at.g], terms, safe, made, &mut self.room);
         let best = curvature.if_positive(-slope / curvature, one).max(zero);
         let part = best.min(room);
-        // Only rounding errors are below zero.
-        verbs.advance(part, &next.displacement, &mut at.x, &mut self.room);
-        verbs.add(part, &next.product, &mut at.g);
+        let made = [&next.displacement, &next.product];
+        self.residual = verbs.advance_along(part, made, [&mut at.x, &mut at.g], &mut self.room);
 
         // Kept without the factor `part`, which cancels in the direction.
         self.curvature = [curvature, self.curvature[0]];
@@ -218,5 +225,9 @@ impl<V: Verbs, B: Descent<V>> Method<V> for PairBlockCg<V::Vector, V::Scalar, B>
 
     fn refresh(&mut self, _: &mut V, _: &mut Point<V::Vector>) -> bool {
         false
+    }
+
+    fn residual(&mut self, verbs: &mut V, at: &Point<V::Vector>) -> V::Scalar {
+        self.residual.take().unwrap_or_else(|| verbs.residual(&at.x, &at.g))
     }
 }

@@ -35,7 +35,7 @@ pub(crate) struct Part<'a> {
 
 /// The blocks of a chunk.
 #[derive(Clone, Debug, Default)]
-struct Blocks {
+pub(crate) struct Blocks {
     singles: Vec<Single>,
     doubles: Vec<Double>,
     triples: Vec<Packed<3, 6>>,
@@ -154,6 +154,11 @@ impl PairBlocks {
         }
     }
 
+    /// The blocks chunk by chunk.
+    pub(crate) fn chunks(&mut self) -> impl Iterator<Item = &mut Blocks> {
+        self.chunks.iter_mut()
+    }
+
     /// All blocks.
     pub(crate) fn whole(&mut self) -> Part<'_> {
         Part { chunks: &mut self.chunks }
@@ -176,6 +181,11 @@ impl Part<'_> {
 }
 
 impl<'a> Part<'a> {
+    /// The blocks chunk by chunk.
+    pub fn chunks(&mut self) -> impl Iterator<Item = &mut Blocks> {
+        self.chunks.iter_mut()
+    }
+
     /// Splits off the first `chunks` chunks.
     pub fn split_at(self, chunks: usize) -> (Part<'a>, Part<'a>) {
         let (first, others) = self.chunks.split_at_mut(chunks);
@@ -223,7 +233,8 @@ impl Blocks {
         self.live.clear();
     }
 
-    fn minimize(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
+    /// [`Part::minimize`] of these rows.
+    pub fn minimize(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
         let mut rest = Rest { step: Step { x, slope, live: &self.live }, out };
         rest.each(&mut self.singles);
         rest.each(&mut self.doubles);
@@ -258,6 +269,9 @@ struct Rest<'a> {
 impl Rest<'_> {
     /// Solves the next blocks, of `M` rows each.
     fn each<const M: usize, B: Block<M>>(&mut self, blocks: &mut [B]) {
+        if blocks.is_empty() {
+            return;
+        }
         let rows = M * blocks.len();
         let (step, rest) = self.step.split_at(rows);
         let (out, rest_out) = std::mem::take(&mut self.out).split_at_mut(rows);

@@ -25,7 +25,7 @@ pub trait Portion<const D: usize>: Clone + Debug + Default + Send + Sync {
         &self,
         start: [f64; N],
         join: impl Fn(usize, f64, f64) -> f64,
-        chunk: impl Fn(Range<usize>) -> [f64; N],
+        chunk: impl FnMut(Range<usize>) -> [f64; N],
         chunks: &Chunks,
     ) -> [f64; N];
     /// Whether threads can share its rows.
@@ -83,7 +83,7 @@ impl<const D: usize> Portion<D> for Alone {
         &self,
         start: [f64; N],
         join: impl Fn(usize, f64, f64) -> f64,
-        chunk: impl Fn(Range<usize>) -> [f64; N],
+        chunk: impl FnMut(Range<usize>) -> [f64; N],
         chunks: &Chunks,
     ) -> [f64; N] {
         loops::join_chunks(start, join, chunk, chunks)

@@ -3,6 +3,7 @@
 //! A body's terms are added in ascending order of the rows.
 
 use super::incidence::Incidence;
+use std::ops::Range;
 
 /// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
 /// of `J`, is then below the rounding of the largest row's.
@@ -69,8 +70,7 @@ impl<const D: usize> Product<D> {
     }
 }
 
-/// A product in parts, for a process with some of the rows.
-#[cfg(feature = "mpi")]
+/// A product in parts.
 impl<const D: usize> Product<D> {
     /// `v = J^T x` of the local rows, one block per body.
     pub fn velocities(&mut self, x: &[f64]) -> &[[f64; D]] {
@@ -78,6 +78,15 @@ impl<const D: usize> Product<D> {
         &self.velocity
     }
 
+    /// `out = J v` of some rows.
+    pub fn rows_of(&self, rows: Range<usize>, out: &mut [f64]) {
+        along(&self.pair[rows.clone()], &self.jacobian[rows], &self.velocity, out);
+    }
+}
+
+/// A product in parts, for a process with some of the rows.
+#[cfg(feature = "mpi")]
+impl<const D: usize> Product<D> {
     /// The last `v`, mutable.
     pub fn last_velocities(&mut self) -> &mut [[f64; D]] {
         &mut self.velocity
@@ -110,10 +119,19 @@ pub(crate) fn scatter_onto<const D: usize>(
     x: &[f64],
     out: &mut [[f64; D]],
 ) {
+    let Some([first, _]) = pair.first() else { return };
+    // The first body stays in registers while rows share it, as consecutive rows do.
+    let (mut at, mut of_first) = (*first as usize, out[*first as usize]);
     for (([a, b], [ja, jb]), x) in pair.iter().zip(jacobian).zip(x) {
-        add(&mut out[*a as usize], *x, ja);
+        if *a as usize != at {
+            out[at] = of_first;
+            at = *a as usize;
+            of_first = out[at];
+        }
+        add(&mut of_first, *x, ja);
         add(&mut out[*b as usize], *x, jb);
     }
+    out[at] = of_first;
 }
 
 #[inline]
@@ -132,8 +150,13 @@ pub(crate) fn along<const D: usize>(
     velocity: &[[f64; D]],
     out: &mut [f64],
 ) {
+    let Some([first, _]) = pair.first() else { return };
+    let (mut at, mut of_first) = (*first, velocity[*first as usize]);
     for (out, ([a, b], blocks)) in out.iter_mut().zip(pair.iter().zip(jacobian)) {
-        *out = row(blocks, &velocity[*a as usize], &velocity[*b as usize]);
+        if *a != at {
+            (at, of_first) = (*a, velocity[*a as usize]);
+        }
+        *out = row(blocks, &of_first, &velocity[*b as usize]);
     }
 }
 

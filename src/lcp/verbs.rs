@@ -54,6 +54,62 @@ pub struct Checks {
     pub ended: bool,
 }
 
+/// A point and its gradient.
+pub type At<'a, T> = [&'a T; 2];
+
+/// A displacement and its product.
+pub type Past<'a, T> = [&'a T; 2];
+
+/// A vector with a factor.
+pub type Term<'a, S, T> = (S, &'a T);
+
+/// The operations of conjugate gradients, one after the other.
+pub(super) mod composed {
+    use super::{At, Past, Term, Verbs};
+
+    /// See [`Verbs::descend_beside`].
+    pub fn descend_beside<V: Verbs + ?Sized>(
+        verbs: &mut V,
+        [x, g]: At<V::Vector>,
+        [[d, ad], [e, ae]]: [Past<V::Vector>; 2],
+        out: &mut V::Vector,
+    ) -> [V::Scalar; 6] {
+        verbs.descend(x, g, out);
+        let z = &*out;
+        verbs.dots([[g, d], [z, ad], [g, e], [z, ae], [d, ae], [g, z]])
+    }
+
+    /// See [`Verbs::displace_and_multiply`].
+    pub fn displace_and_multiply<V: Verbs + ?Sized>(
+        verbs: &mut V,
+        [x, g]: At<V::Vector>,
+        terms: [Term<V::Scalar, V::Vector>; 3],
+        (most, safe): (V::Scalar, &V::Vector),
+        [out, product]: [&mut V::Vector; 2],
+        room: &mut V::Vector,
+    ) -> ([V::Scalar; 2], V::Scalar) {
+        verbs.displace(x, terms, out, room);
+        let flat = verbs.dot(g, out) - most;
+        verbs.copy_if_positive(flat, safe, out);
+        verbs.product(out, product);
+        verbs.dots_and_room([[g, out], [out, product]], x, out)
+    }
+
+    /// See [`Verbs::advance_along`].
+    pub fn advance_along<V: Verbs + ?Sized>(
+        verbs: &mut V,
+        part: V::Scalar,
+        [d, ad]: Past<V::Vector>,
+        [x, g]: [&mut V::Vector; 2],
+        room: &mut V::Vector,
+    ) -> Option<V::Scalar> {
+        // Only rounding errors are below zero.
+        verbs.advance(part, d, x, room);
+        verbs.add(part, ad, g);
+        None
+    }
+}
+
 /// Vector operations of a backend. A vector has one entry per row.
 pub trait Verbs {
     /// A vector. The default is empty: [`Verbs::clear`] gives it its length.
@@ -127,6 +183,40 @@ pub trait Verbs {
         d: &Self::Vector,
     ) -> ([Self::Scalar; 2], Self::Scalar) {
         (self.dots(pairs), self.ratio_test(x, d))
+    }
+    /// [`Verbs::descend`] at `x` and `g`, and with `d`, `e` and their products `past`: `g . d, out . A d, g . e, out . A
+    /// e, d . A e, g . out`.
+    fn descend_beside(
+        &mut self,
+        at: At<Self::Vector>,
+        past: [Past<Self::Vector>; 2],
+        out: &mut Self::Vector,
+    ) -> [Self::Scalar; 6] {
+        composed::descend_beside(self, at, past, out)
+    }
+    /// [`Verbs::displace`] from `x` with the gradient `g`, replaced by another displacement where its product with `g`
+    /// is above a number, and then its product with `A`: `made` becomes both. Returns `g . d` and `d . A d` for this
+    /// displacement `d`, and [`Verbs::ratio_test`].
+    fn displace_and_multiply(
+        &mut self,
+        at: At<Self::Vector>,
+        terms: [Term<Self::Scalar, Self::Vector>; 3],
+        safe: (Self::Scalar, &Self::Vector),
+        made: [&mut Self::Vector; 2],
+        room: &mut Self::Vector,
+    ) -> ([Self::Scalar; 2], Self::Scalar) {
+        composed::displace_and_multiply(self, at, terms, safe, made, room)
+    }
+    /// [`Verbs::advance`] of `x` by a part of a displacement, and its product added to `g`. Returns the residual there
+    /// if it is known at no cost.
+    fn advance_along(
+        &mut self,
+        part: Self::Scalar,
+        made: Past<Self::Vector>,
+        to: [&mut Self::Vector; 2],
+        room: &mut Self::Vector,
+    ) -> Option<Self::Scalar> {
+        composed::advance_along(self, part, made, to, room)
     }
     /// The natural residual `max |min(g, s x)|`, NaN if an entry is NaN.
     fn residual(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;

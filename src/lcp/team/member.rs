@@ -9,7 +9,7 @@ use super::shared::{SUMS, Shared};
 use crate::lcp::cpu::Whole;
 use crate::lcp::loops::{Chunks, Tree};
 use crate::lcp::on_rows::{Diagonals, Numbers, OnRows};
-use crate::lcp::pair_blocks::{self, sorted};
+use crate::lcp::pair_blocks::{self, Blocks, sorted};
 use crate::lcp::product::{add, along, scatter_onto};
 use std::cell::Cell;
 use std::ops::Range;
@@ -28,18 +28,13 @@ pub(super) struct Member<'a, const D: usize> {
     taken: Vec<u32>,
     /// The velocities of all bodies; valid for its own, and after an exchange for those that it reads.
     velocity: Vec<[f64; D]>,
-    /// Its chunks with its own row indices, the index of the first chunk, and the number of all chunks.
-    chunks: Chunks,
-    first_chunk: usize,
-    all_chunks: usize,
+    sums: Sums<'a>,
     diagonals: Diagonals<'a>,
     q: &'a [f64],
     compliance: f64,
     pair: &'a [[u32; 2]],
     jacobian: &'a [[[f64; D]; 2]],
     blocks: pair_blocks::Part<'a>,
-    /// Which buffer of sums is written next.
-    turn: Cell<usize>,
     products: u64,
     noted: Vec<f64>,
 }
@@ -107,16 +102,13 @@ impl<'a, const D: usize> Member<'a, D> {
             across,
             taken,
             velocity: vec![[0.0; D]; incidence.start.len() - 1],
-            chunks: chunks.share(&of).0,
-            first_chunk: of.start,
-            all_chunks: chunks.len(),
+            sums: Sums { shared, chunks: chunks.share(&of).0, first: of.start, all: chunks.len(), turn: Cell::new(0) },
             diagonals: diagonals.of(rows.clone()),
             q: &q[rows.clone()],
             compliance,
             pair: &pair[rows.clone()],
             jacobian: &jacobian[rows.clone()],
             blocks: part,
-            turn: Cell::new(0),
             products,
             noted: whole.noted.clone(),
             rows,
@@ -124,12 +116,41 @@ impl<'a, const D: usize> Member<'a, D> {
     }
 }
 
-impl<const D: usize> OnRows for Member<'_, D> {
-    fn numbers(&self) -> Numbers<'_> {
-        Numbers { diagonals: self.diagonals, q: self.q, compliance: self.compliance }
-    }
+/// Sums over the chunks of all members.
+struct Sums<'a> {
+    shared: &'a Shared,
+    /// This member's chunks with its own row indices, the index of the first one, and the number of all chunks.
+    chunks: Chunks,
+    first: usize,
+    all: usize,
+    /// Which buffer of sums is written next.
+    turn: Cell<usize>,
+}
 
-    fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
+impl Sums<'_> {
+    /// See [`OnRows::join_chunks`].
+    fn join<const N: usize>(
+        &self,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        mut chunk: impl FnMut(Range<usize>) -> [f64; N],
+    ) -> [f64; N] {
+        const { assert!(N <= SUMS) };
+        let turn = self.turn.replace(1 - self.turn.get());
+        let sums = &self.shared.board.sums[turn];
+        for (k, rows) in self.chunks.ranges().enumerate() {
+            sums.put(N * (self.first + k), &chunk(rows));
+        }
+        self.shared.meet();
+        let mut tree = Tree::new(join);
+        (0..self.all).for_each(|k| tree.add(sums.block(N * k), 0));
+        tree.end(start)
+    }
+}
+
+impl<const D: usize> Member<'_, D> {
+    /// The velocities `J^T x` of the bodies of its rows, counted as a product.
+    fn find_velocities(&mut self, x: &[f64]) {
         self.products += 1;
         let (shared, board) = (self.shared, &self.shared.board);
         for row in self.across.iter().map(|row| *row as usize) {
@@ -148,6 +169,16 @@ impl<const D: usize> OnRows for Member<'_, D> {
         for body in self.taken.iter().map(|body| *body as usize) {
             self.velocity[body] = board.velocity.block(D * body);
         }
+    }
+}
+
+impl<const D: usize> OnRows for Member<'_, D> {
+    fn numbers(&self) -> Numbers<'_> {
+        Numbers { diagonals: self.diagonals, q: self.q, compliance: self.compliance }
+    }
+
+    fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
+        self.find_velocities(x);
         along(self.pair, self.jacobian, &self.velocity, out);
     }
 
@@ -159,18 +190,42 @@ impl<const D: usize> OnRows for Member<'_, D> {
         &self,
         start: [f64; N],
         join: impl Fn(usize, f64, f64) -> f64,
-        chunk: impl Fn(Range<usize>) -> [f64; N],
+        chunk: impl FnMut(Range<usize>) -> [f64; N],
     ) -> [f64; N] {
-        const { assert!(N <= SUMS) };
-        let turn = self.turn.replace(1 - self.turn.get());
-        let sums = &self.shared.board.sums[turn];
-        for (k, rows) in self.chunks.ranges().enumerate() {
-            sums.put(N * (self.first_chunk + k), &chunk(rows));
-        }
-        self.shared.meet();
-        let mut tree = Tree::new(join);
-        (0..self.all_chunks).for_each(|k| tree.add(sums.block(N * k), 0));
-        tree.end(start)
+        self.sums.join(start, join, chunk)
+    }
+
+    fn has_small_chunks(&self) -> bool {
+        true
+    }
+
+    fn join_blocks<const N: usize>(
+        &mut self,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        mut chunk: impl FnMut(Range<usize>, &mut Blocks, &Numbers) -> [f64; N],
+    ) -> [f64; N] {
+        let numbers = Numbers { diagonals: self.diagonals, q: self.q, compliance: self.compliance };
+        let mut blocks = self.blocks.chunks();
+        let chunk = |rows| blocks.next().map_or(start, |blocks| chunk(rows, blocks, &numbers));
+        self.sums.join(start, join, chunk)
+    }
+
+    fn multiply_and_join<const N: usize>(
+        &mut self,
+        x: &[f64],
+        out: &mut [f64],
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        mut chunk: impl FnMut(Range<usize>, &Numbers, &mut [f64]) -> [f64; N],
+    ) -> [f64; N] {
+        self.find_velocities(x);
+        let numbers = self.numbers();
+        self.sums.join(start, join, |rows| {
+            let out = &mut out[rows.clone()];
+            along(&self.pair[rows.clone()], &self.jacobian[rows.clone()], &self.velocity, out);
+            chunk(rows, &numbers, out)
+        })
     }
 
     fn noted(&mut self) -> &mut Vec<f64> {
