@@ -40,10 +40,11 @@ fn a_builder_refuses_what_its_scene_and_its_bodies_cannot_do() {
     bad.time.dt = -1.0;
     assert!(matches!(Simulation::new(bad), Err(Error::Scene(error)) if error.key() == "time.dt"));
     let mut bodies = capsules().build().unwrap();
-    bodies.shape[0] = Shape::Torus { major_radius: 1.0, minor_radius: 0.1 };
-    bodies.shape[1] = Shape::Ellipsoid { radii: [0.5; 3] };
-    let refused = Simulation::builder(capsules()).bodies(bodies).build();
-    assert!(matches!(refused, Err(Error::Fault(Fault::NoSeparation { pair: [0, 1], .. }))));
+    let settings = ["contact.method={\"multisphere\":{\"count\":5}}".to_owned()];
+    let scene = Scene::load("three-capsules", &settings).unwrap();
+    bodies.shape[0] = Shape::Ellipsoid { radii: [1.0, 1.0, 0.5] };
+    let refused = Simulation::builder(scene).bodies(bodies).build();
+    assert!(matches!(refused, Err(Error::Fault(Fault::NoProxy(_)))), "{:?}", refused.err());
 }
 
 #[test]

@@ -7,6 +7,8 @@
 //!   both have the same size. Linked rings under tension touch in two places.
 //! * A ring and a rod: the minima of the distance along the rod, at most two, before and after the point nearest to the
 //!   ring's axis. A rod across a ring touches it twice.
+//! * A ring and an ellipsoid or custom shape: each minimum of the distance along the ring, numbered by its angle there;
+//!   of more than four, the nearest. A ring around an egg touches it at both tips.
 //! * All other pairs have one branch, the separation itself.
 //!
 //! The distance at a fixed point of one body is never less than the separation, so no branch forbids a motion that the
@@ -18,10 +20,12 @@
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
 
-use super::circle_segment;
 use super::circles::{self, Circle};
+use super::convex::Body;
+use super::peak::Supporting;
 use super::segments::{self, Segment};
 use super::{Family, Nearest, Placed, Separation};
+use super::{circle_convex, circle_segment};
 use glam::DVec3;
 
 /// Set in the number of a branch at an end, and in no other contact's number.
@@ -117,6 +121,14 @@ pub fn branches(a: &Placed, b: &Placed, nearest: &Separation, slack: f64, mut fo
             let turn = |found: Nearest| found.thickened(rb, ra).flipped();
             of_circle_segment(delta, (ring, rod), (nearest, ra + rb), slack, turn, &mut found);
         }
+        (Family::Circle(ring, radius), Family::Ellipsoid(_) | Family::Convex(_)) => {
+            let delta = b.position - a.position;
+            of_ring_and_body(delta, (ring, radius), Family::of(b), (nearest, slack), |at| at, &mut found);
+        }
+        (Family::Ellipsoid(_) | Family::Convex(_), Family::Circle(ring, radius)) => {
+            let delta = a.position - b.position;
+            of_ring_and_body(delta, (ring, radius), Family::of(a), (nearest, slack), Separation::flipped, &mut found);
+        }
         _ => found(WHOLE, *nearest),
     }
 }
@@ -140,6 +152,13 @@ pub fn branch_slack(a: &Placed, b: &Placed, nearest: &Separation, (turned, slid)
         (Family::Circle(ring, ra), Family::Segment(rod, rb)) | (Family::Segment(rod, ra), Family::Circle(ring, rb)) => {
             turned.length() * 2.0 * rod.half.min(ring.radius) + slid + LEAST_SLACK * (ra + rb)
         }
+        (Family::Circle(ring, radius), other) | (other, Family::Circle(ring, radius)) => match other.convex() {
+            Some(body) => {
+                let least = LEAST_SLACK * (radius + half_thickness(body));
+                turned.length() * 2.0 * ring.radius.min(body.size()) + slid + least
+            }
+            None => 0.0,
+        },
         _ => 0.0,
     }
 }
@@ -217,6 +236,40 @@ fn of_circle_segment(
                 found(BRANCH | number, separation);
                 any = true;
             }
+        });
+    }
+    if !any {
+        found(WHOLE, *nearest);
+    }
+}
+
+/// Half the smallest extent of a body.
+fn half_thickness(body: Body) -> f64 {
+    body.size() / body.aspect()
+}
+
+/// `delta` is from the ring to the body; `turn` converts the result to a separation of the pair.
+fn of_ring_and_body(
+    delta: DVec3,
+    (ring, radius): (Circle, f64),
+    family: Family,
+    (nearest, slack): (&Separation, f64),
+    turn: impl Fn(Separation) -> Separation,
+    found: &mut impl FnMut(u32, Separation),
+) {
+    let (mut number, mut any) = (0, false);
+    if let Some(body) = family.convex()
+        && nearest.separation > -(radius + DEEPEST * body.roundness())
+    {
+        let rounding = RING_ROUNDING * (radius + delta.length() + ring.radius + body.size());
+        let most = nearest.separation + slack + rounding;
+        let window = nearest.separation + WINDOW * (radius + half_thickness(body));
+        circle_convex::minima(delta, (ring, radius), body, window, |separation| {
+            if separation.separation <= most {
+                found(BRANCH | number, turn(separation));
+                any = true;
+            }
+            number += 1;
         });
     }
     if !any {

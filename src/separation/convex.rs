@@ -9,9 +9,9 @@
 //! Degenerate cases: concentric bodies (the start is the x of space); equal maxima (the first in the order of starts,
 //! for every warm normal).
 
-use super::Separation;
 use super::peak::{Peak, Supporting, climb};
 use super::support::Support;
+use super::{Separation, segment_convex, segment_ellipsoid};
 use crate::shape::Convex;
 use glam::{DMat3, DQuat, DVec3};
 
@@ -98,7 +98,7 @@ impl Body {
         }
     }
 
-    fn roundness(self) -> f64 {
+    pub fn roundness(self) -> f64 {
         match self {
             Body::Ellipsoid(support) => support.least_curvature_radius(),
             Body::Custom(posed) => posed.roundness(),
@@ -109,6 +109,23 @@ impl Body {
         match self {
             Body::Ellipsoid(support) => support.axes,
             Body::Custom(posed) => posed.axes,
+        }
+    }
+
+    /// The body in its own axes, and these.
+    pub fn in_own_axes(self) -> (Body, DMat3) {
+        let turned = match self {
+            Body::Ellipsoid(support) => Body::Ellipsoid(Support { axes: DMat3::IDENTITY, ..support }),
+            Body::Custom(posed) => Body::Custom(Posed { axes: DMat3::IDENTITY, ..posed }),
+        };
+        (turned, self.axes())
+    }
+
+    /// The outward normal at the surface point nearest to `p`.
+    pub fn normal_nearest_to(self, p: DVec3) -> DVec3 {
+        match self {
+            Body::Ellipsoid(support) => segment_ellipsoid::point_normal(p, support),
+            Body::Custom(posed) => segment_convex::of_point(p, posed).normal,
         }
     }
 }

@@ -9,6 +9,7 @@
 //! are equal bodies with equal poses: then no side is preferred.
 
 pub(crate) mod branches;
+mod circle_convex;
 mod circle_segment;
 mod circles;
 mod convex;
@@ -130,6 +131,15 @@ impl Family {
         }
     }
 
+    /// An ellipsoid or custom shape.
+    fn convex(self) -> Option<Body> {
+        match self {
+            Family::Segment(..) | Family::Circle(..) => None,
+            Family::Ellipsoid(support) => Some(Body::Ellipsoid(support)),
+            Family::Convex(posed) => Some(Body::Custom(posed)),
+        }
+    }
+
     /// Support function of the convex hull, at a unit vector.
     #[inline]
     fn hull(&self, n: DVec3) -> f64 {
@@ -142,7 +152,7 @@ impl Family {
     }
 }
 
-/// The separation of a pair; `None` if the pair of families is not supported (see [`supports`]).
+/// The separation of a pair; `None` for no pair of the shapes that there are.
 ///
 /// `warm` is a unit normal from a to b near the one sought, from an earlier configuration of the same pair. It saves
 /// iterations for two ellipsoids or custom shapes and is not used otherwise. It changes the result by no more than
@@ -186,21 +196,6 @@ pub(crate) fn separate_in(planar: bool) -> fn(&Placed, &Placed, Option<DVec3>) -
     if planar { planar_separation } else { separation }
 }
 
-/// Whether [`separation`] supports a pair of these shapes: every pair except a ring with an ellipsoid or a custom
-/// shape.
-///
-/// ```
-/// use relcp::{separation::supports, shape::Shape};
-/// let ring = Shape::Torus { major_radius: 1.0, minor_radius: 0.1 };
-/// assert!(supports(&ring, &Shape::Sphere { radius: 1.0 }));
-/// assert!(!supports(&ring, &Shape::Ellipsoid { radii: [1.0, 1.0, 2.0] }));
-/// ```
-pub fn supports(a: &Shape, b: &Shape) -> bool {
-    let ring = |s: &Shape| matches!(s.geometry(), Geometry::Centreline { curve: Centreline::Circle { .. }, .. });
-    let convex = |s: &Shape| matches!(s.geometry(), Geometry::Ellipsoid { .. } | Geometry::Convex(_));
-    !(ring(a) && convex(b) || convex(a) && ring(b))
-}
-
 /// A lower bound of the separation from one unit normal: `n . (x_b - x_a) - h_a(n) - h_b(-n)`, of the convex hulls.
 ///
 /// It holds for every pair of shapes and every unit `normal` from a to b, and is the separation itself at a convex
@@ -234,6 +229,10 @@ fn of_families(delta: DVec3, a: Family, b: Family, warm: Option<DVec3>) -> Optio
             Some(circles::nearest(-delta, b, a).thickened(rb, ra).flipped())
         }
         (Family::Circle(a, ra), Family::Circle(b, rb)) => Some(circles::nearest(delta, a, b).thickened(ra, rb)),
+        (Family::Circle(a, ra), Family::Ellipsoid(b)) => {
+            Some(circle_convex::separation(delta, (a, ra), Body::Ellipsoid(b)))
+        }
+        (Family::Circle(a, ra), Family::Convex(b)) => Some(circle_convex::separation(delta, (a, ra), Body::Custom(b))),
         (Family::Ellipsoid(a), Family::Ellipsoid(b)) => Some(ellipsoids::separation(delta, a, b, warm)),
         (Family::Segment(a, ra), Family::Convex(b)) => Some(segment_convex::separation(-delta, b, a, ra).flipped()),
         (Family::Ellipsoid(a), Family::Convex(b)) => {

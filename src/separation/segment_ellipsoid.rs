@@ -103,7 +103,7 @@ fn deepest(delta: DVec3, body: Support, segment: Segment, across: Candidate) -> 
 
 /// The normal of the ellipsoid's surface point nearest to `p`.
 #[inline]
-fn point_normal(p: DVec3, body: Support) -> DVec3 {
+pub(super) fn point_normal(p: DVec3, body: Support) -> DVec3 {
     body.axes * DVec3::from_array(point_ellipsoid::normal(body.radii.to_array(), body.to_body(p).to_array()))
 }
 

@@ -58,8 +58,7 @@ impl SimulationBuilder {
     /// # Errors
     /// * [`Error::Scene`]: from [`Scene::build`], if neither bodies nor a state were set.
     /// * [`Error::Fault`]: [`Fault::NoProxy`](crate::Fault::NoProxy) if the method is multi-sphere and a body has no
-    ///   proxy of that count; [`Fault::NoSeparation`](crate::Fault::NoSeparation) if contact between two of the shapes
-    ///   is not supported; [`Fault::Device`](crate::Fault::Device) if a device fails or does not support the scene.
+    ///   proxy of that count; [`Fault::Device`](crate::Fault::Device) if a device fails or does not support the scene.
     pub fn build(self) -> Result<Simulation, Error> {
         let state = match self.start {
             Start::Scene => State::new(self.scene.build()?),

@@ -25,13 +25,11 @@ use crate::fields::Fields;
 use crate::gpu::{Gpu, Precision};
 use crate::removal::Ended;
 use crate::scene::{Scene, StopReason};
-use crate::separation::supports;
 use crate::step::{Contact, Fault, Keep, Model, Plan, SavedLcp, State, StepReport, Stepper, contacts, max_overlap_but};
 use crate::walls::{WallContact, Walls};
 use change::Limits;
 use initial_region::InitialRegion;
 use leaving::Leaving;
-use std::mem::discriminant;
 
 /// Steps of at least this many bodies run on a thread of the pool; steps of fewer bodies have no parallel loop.
 /// Entering the pool takes 13 microseconds, four times the time of a step of two bodies. Calling the loops of 1,024
@@ -139,7 +137,6 @@ impl Simulation {
     fn start_plain(compute: &Compute, scene: Scene, mut state: State) -> Result<Self, Fault> {
         state.bodies.planar = scene.planar;
         state.next_id = state.next_id.max(scene.next_id.unwrap_or(0));
-        check_pairs(&state.bodies)?;
         if state.bodies.bonds.is_empty() {
             state.bodies.bonds = scene.held_bonds(&state.bodies);
         }
@@ -396,19 +393,4 @@ fn parts_first(scene: &Scene, model: &Model, plan: &Plan, state: &State) -> bool
         let apart = model.bonds.rigid_stretch(&state.bodies);
         max_overlap_but(&model.fixed, &state.bodies, &walls).max(apart) > scene.contact.overlap_tolerance
     }
-}
-
-/// Refuses pairs of shapes whose contact is not supported. Scenes check their own bodies, not those added in code.
-fn check_pairs(bodies: &Bodies) -> Result<(), Fault> {
-    let mut kinds: Vec<usize> = Vec::new();
-    for (i, shape) in bodies.shape.iter().enumerate() {
-        let known = |k: &usize| discriminant(&bodies.shape[*k]) == discriminant(shape);
-        if !kinds.iter().any(known) {
-            kinds.push(i);
-        }
-    }
-    let unsupported = |(a, b): &(usize, usize)| !supports(&bodies.shape[*a], &bodies.shape[*b]);
-    let pairs = kinds.iter().flat_map(|a| kinds.iter().map(move |b| (*a, *b))).filter(|(a, b)| a < b);
-    let Some((a, b)) = pairs.into_iter().find(unsupported) else { return Ok(()) };
-    Err(Fault::NoSeparation { pair: [a, b], shapes: [a, b].map(|i| bodies.shape[i].name()) })
 }

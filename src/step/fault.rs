@@ -85,14 +85,6 @@ pub enum Fault {
         /// How many rows there are.
         rows: usize,
     },
-    /// Two bodies whose shapes have no separation.
-    #[error("bodies {} and {}: contact between {} and {} is not supported", .pair[0], .pair[1], with_article(.shapes[0]), with_article(.shapes[1]))]
-    NoSeparation {
-        /// The first of each kind.
-        pair: [usize; 2],
-        /// The shapes' names.
-        shapes: [&'static str; 2],
-    },
     /// A body has no multi-sphere proxy with the scene's number of spheres.
     #[error("no multi-sphere proxy: {0}")]
     NoProxy(#[from] RowSourceError),
@@ -128,12 +120,6 @@ pub enum Fault {
     Processes(String),
 }
 
-/// "a torus", "an ellipsoid".
-fn with_article(name: &str) -> String {
-    let article = if name.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
-    format!("{article} {name}")
-}
-
 impl Fault {
     /// Whether a smaller `dt` may help: after an overflow, or a displacement too long for the period.
     pub(super) fn may_pass_with_smaller_steps(&self) -> bool {
@@ -155,7 +141,6 @@ impl Fault {
             Fault::Unresolved(unresolved) => unresolved.name(),
             Fault::NoRoom { .. } => "no_room",
             Fault::TooLarge { .. } => "too_large",
-            Fault::NoSeparation { .. } => "no_separation",
             Fault::NoProxy(_) => "no_proxy",
             Fault::Force { .. } => "force",
             Fault::Change { .. } => "change",

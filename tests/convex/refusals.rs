@@ -143,16 +143,3 @@ fn there_is_no_proxy() {
     let Some(relcp::Error::Fault(refused)) = refused else { panic!("{refused:?}") };
     assert_eq!(refused, Fault::NoProxy(RowSourceError { body: 1, source: ProxyError::Custom }));
 }
-
-#[test]
-fn bodies_without_a_separation_are_refused() {
-    let ring = Shape::Torus { major_radius: 2.0, minor_radius: 0.1 };
-    let scene = || Scene::built_in("two-ellipsoids").unwrap();
-    let refused = Simulation::builder(scene())
-        .bodies(bodies(&[ring, Shape::Sphere { radius: 1.0 }, Shape::Convex(egg())]))
-        .build()
-        .err();
-    let Some(relcp::Error::Fault(refused)) = refused else { panic!("{refused:?}") };
-    assert_eq!(refused, Fault::NoSeparation { pair: [0, 2], shapes: ["torus", "custom shape"] });
-    assert!(Simulation::builder(scene()).bodies(bodies(&[ring, Shape::Sphere { radius: 1.0 }])).build().is_ok());
-}

@@ -29,6 +29,7 @@ const VIOLATING: f64 = 1e-3;
 const ROD: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#;
 const RING: &str = r#"{"torus": {"major_radius": 0.4, "minor_radius": 0.25}}"#;
 const LARGE_RING: &str = r#"{"torus": {"major_radius": 0.5, "minor_radius": 0.3}}"#;
+const EGG: &str = r#"{"ellipsoid": {"radii": [0.3, 0.5, 0.9]}}"#;
 const LONG: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 4}}"#;
 
 /// Bodies that are drawn together; a solve has one iteration, so that multipliers are the CPU's to rounding and bodies
@@ -114,6 +115,7 @@ fn scenes() -> Vec<Scene> {
         crowd("rings of two sizes", &[RING, LARGE_RING], 0.8, 0.14, "}"),
         crowd("rings by midpoint", &[RING, LARGE_RING], 1.6, 0.14, &format!("{midpoint}}}")),
         crowd("rings and rods", &[RING, LONG], 0.8, 0.14, "}"),
+        crowd("rings and ellipsoids", &[RING, EGG], 0.8, 0.14, "}"),
         crowd("rods by midpoint", &[ROD], 1.2, 0.2, &format!("{midpoint}}}")),
         crowd("growing cells by midpoint", &[ROD], 0.8, 0.2, &format!("{midpoint}{growth}")),
         flat("rods in the plane", &[ROD], 0.4, "}"),

@@ -31,7 +31,6 @@ fn mixed(folder: &Path, space: &Value, rings: bool) -> usize {
     let rod =
         body(json!({"spherocylinder": {"diameter": 0.4, "length": 1.6}}), [-0.4, 0.3, -1.2], [0.6, 0.0, 0.8, 0.0]);
     let bodies = match rings {
-        // No separation is defined of a ring and an ellipsoid.
         true => vec![
             rod,
             body(json!({"torus": {"major_radius": 0.6, "minor_radius": 0.2}}), [1.6, 0.4, -1.2], [0.8, 0.0, 0.6, 0.0]),

@@ -33,12 +33,7 @@ const NUMBERS: usize = 12;
 /// [`GpuError::Unsupported`] for custom shapes and bodies beyond the lattice, or what the device refuses.
 pub fn contacts(gpu: &Gpu, precision: Precision, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
     let lattice = lattice(gpu, precision, bodies)?;
-    let (cutoff, mut found) = candidates(bodies, cutoff);
-    // A ring and an ellipsoid are not supported, as on the CPU.
-    found.retain(|candidate| {
-        let [a, b] = candidate.bodies.map(|i| &bodies.shape[i]);
-        PairFamilies::of(a, b).is_some()
-    });
+    let (cutoff, found) = candidates(bodies, cutoff);
     let families = PairFamilies::needed(bodies.shape.iter().copied());
     let kernel = |families: &PairFamilies| {
         let source = families.add_to(base(&lattice, precision, families.name()), bodies.planar);

@@ -6,7 +6,6 @@ use super::super::key::Key;
 use super::super::{Generate, Growth, Method, Scene};
 use super::{number, positive};
 use crate::digits::{at_most, short};
-use crate::separation::supports;
 use crate::shape::{ProxyError, Shape};
 
 /// Most sub-spheres of a scene: 32 bytes each make two gigabytes.
@@ -142,33 +141,12 @@ impl Scene {
                 ));
             }
         }
-        self.check_pairs()?;
         match contact.method {
             Method::Multisphere { count } => {
                 self.check_multisphere(&key.field("method").field("multisphere").field("count"), count)
             }
             Method::Relcp | Method::Snsd => Ok(()),
         }
-    }
-
-    /// Whether the shapes that meet in the scene have a separation, kind by kind.
-    fn check_pairs(&self) -> Result<(), SceneError> {
-        let mut kinds: Vec<Shape> = Vec::new();
-        for (list, index, shape) in self.shapes() {
-            if kinds.iter().any(|kind| kind.name() == shape.name()) {
-                continue;
-            }
-            if let Some(other) = kinds.iter().find(|kind| !supports(kind, &shape)) {
-                let message = format!(
-                    "`{}` and `{}` cannot be in one scene: no separation is defined for that pair",
-                    other.name(),
-                    shape.name()
-                );
-                return Err(SceneError::bad(Key::ROOT.field(list).index(index), message));
-            }
-            kinds.push(shape);
-        }
-        Ok(())
     }
 
     fn check_multisphere(&self, key: &Key, count: u32) -> Result<(), SceneError> {

@@ -2,7 +2,9 @@
 
 use super::{BRANCHES, DEEPEST, LEAST_SLACK, RING_ROUNDING, ROUNDING, SLACK_IN_SPACE, WINDOW};
 use crate::gpu::{Source, fragment};
-use crate::separation::gpu::{Family, add_minima_of_circles_to, add_tolerances_to};
+use crate::separation::gpu::{
+    Family, add_minima_of_circle_and_ellipsoid_to, add_minima_of_circles_to, add_tolerances_to,
+};
 use crate::shape::Shape;
 use std::fmt::Write as _;
 
@@ -15,6 +17,8 @@ const ROUNDINGS: f64 = 8.0;
 pub(crate) struct Branched {
     rods: bool,
     rings: bool,
+    /// Rings and ellipsoids.
+    ringed: bool,
 }
 
 impl Branched {
@@ -23,6 +27,7 @@ impl Branched {
         Branched {
             rods: shapes.iter().any(|shape| matches!(shape, Shape::Spherocylinder { .. })),
             rings: Family::Circle.has_any(shapes),
+            ringed: Family::Circle.has_any(shapes) && Family::Ellipsoid.has_any(shapes),
         }
     }
 
@@ -75,27 +80,37 @@ impl Branched {
                 .include(fragment!("separation/circle_segment_minima.wgsl"))
                 .include(fragment!("separation/branches_of_ring_and_rod.wgsl"));
         }
+        if self.ringed {
+            source = add_minima_of_circle_and_ellipsoid_to(source)
+                .include(fragment!("separation/branches_of_ring_and_ellipsoid.wgsl"));
+        }
         source.text(&self.functions())
     }
 
     /// The functions that dispatch on the shapes of a pair.
     fn functions(self) -> String {
         let mut text = String::new();
-        let tests = [("are_rods", self.rods), ("are_rings", self.rings), ("are_ring_and_rod", self.rods && self.rings)];
-        let mut function = |head: &str, values: [&str; 3], otherwise: &str| {
+        let tests = [
+            ("are_rods", self.rods),
+            ("are_rings", self.rings),
+            ("are_ring_and_rod", self.rods && self.rings),
+            ("are_ring_and_ellipsoid", self.ringed),
+        ];
+        let mut function = |head: &str, values: [&str; 4], otherwise: &str| {
             let _ = writeln!(text, "fn {head} {{");
             for ((test, _), value) in tests.iter().zip(values).filter(|((_, there), _)| *there) {
                 let _ = writeln!(text, "    if {test}(a, b) {{ return {value}; }}");
             }
             let _ = writeln!(text, "    return {otherwise};\n}}");
         };
-        function("has_branches(a: Placed, b: Placed) -> bool", ["true"; 3], "false");
+        function("has_branches(a: Placed, b: Placed) -> bool", ["true"; 4], "false");
         function(
             "branches_within(delta: vec3r, a: Placed, b: Placed, nearest: real, limit: real, most_active: real, pushed: u32) -> u32",
             [
                 "rods_within(delta, a, b, nearest, limit, most_active, pushed)",
                 "rings_within(delta, a, b, nearest, limit, most_active, pushed)",
                 "ring_and_rod_within(delta, a, b, nearest, limit, most_active, pushed)",
+                "ring_and_ellipsoid_within(delta, a, b, nearest, limit, most_active, pushed)",
             ],
             "WHOLE",
         );
@@ -105,6 +120,7 @@ impl Branched {
                 "separation_of_rods(delta, a, b, k)",
                 "separation_of_rings(delta, a, b, nearest, k)",
                 "separation_of_ring_and_rod(delta, a, b, k)",
+                "separation_of_ring_and_ellipsoid(delta, a, b, nearest, k)",
             ],
             "Separation(nearest, vec3r(), vec3r(), vec3r())",
         );
@@ -114,6 +130,7 @@ impl Branched {
                 "slack_of_rods(a, b, normal, turned, slid)",
                 "slack_of_rings(a, b, turned, slid)",
                 "slack_of_ring_and_rod(a, b, turned, slid)",
+                "slack_of_ring_and_ellipsoid(a, b, turned, slid)",
             ],
             "real(0.0)",
         );
@@ -129,13 +146,20 @@ mod tests {
 
     #[test]
     fn the_functions_of_every_mixture_are_valid_in_both_precisions() {
-        let cases = [(false, false), (true, false), (false, true), (true, true)];
-        for (precision, (rods, rings)) in
+        let cases = [
+            (false, false, false),
+            (true, false, false),
+            (false, true, false),
+            (true, true, false),
+            (false, true, true),
+            (true, true, true),
+        ];
+        for (precision, (rods, rings, ringed)) in
             [Precision::F32, Precision::F64].into_iter().flat_map(|p| cases.map(|c| (p, c)))
         {
             let source =
                 add_bodies_to(Source::new("branches", precision)).flag("PLANAR", false).integer("BRANCHES", BRANCHES);
-            let source = Branched { rods, rings }.add_to(source).text(
+            let source = Branched { rods, rings, ringed }.add_to(source).text(
                 "@group(0) @binding(0) var<storage, read_write> out: array<vec4r>;
                  @compute @workgroup_size(WORKGROUP)
                  fn main(@builtin(local_invocation_index) i: u32) {
@@ -147,7 +171,7 @@ mod tests {
                      if mask != WHOLE { out[i] = vec4r(branch_separation(apart.xyz, body, body, apart.w, 1u).normal, slack); }
                  }",
             );
-            validate(&source).unwrap_or_else(|e| panic!("{precision:?}, rods {rods}, rings {rings}: {e}"));
+            validate(&source).unwrap_or_else(|e| panic!("{precision:?}, rods {rods}, rings {rings}, with ellipsoids {ringed}: {e}"));
         }
     }
 }

@@ -19,7 +19,7 @@ pub use rules::{Cell, CellState, CellValues, Rules};
 
 use super::initial_region::InitialRegion;
 use super::leaving::{Leaving, taken_out};
-use super::{Simulation, check_pairs, parts_first};
+use super::{Simulation, parts_first};
 use crate::bodies::Bodies;
 use crate::scene::Body;
 use crate::step::{Fault, Plan, State};
@@ -240,7 +240,6 @@ impl Simulation {
 
     /// A new backend, as other bodies may need other kernels and another cutoff.
     fn rebuild(&mut self, state: &State) -> Result<(), Fault> {
-        check_pairs(&state.bodies)?;
         let cutoff = self.scene.cutoff_of(state.bodies.shape.iter().copied());
         let mut backend = self.compute.backend(&self.scene, state.clone())?;
         self.backend.take_forces().into_iter().for_each(|force| backend.add_force(force));

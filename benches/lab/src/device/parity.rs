@@ -18,7 +18,7 @@ use relcp::internals::lcp::gpu::{DeviceProblem, Solver};
 use relcp::internals::step::Verbs;
 use relcp::lcp::{Problem, Settings, Stored};
 use relcp::scene::{Scene, SolverKind};
-use relcp::separation::{Placed, separation, supports};
+use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::State;
@@ -133,9 +133,7 @@ pub fn separations(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, S
     let mut checks = Vec::new();
     for kinds in (0..4).flat_map(|a| (a..4).map(move |b| [a, b])) {
         let bodies = pairs(kinds, &mut random);
-        if supports(&bodies.shape[0], &bodies.shape[1]) {
-            checks.push(of_pairs(gpu, precision, &bodies)?);
-        }
+        checks.push(of_pairs(gpu, precision, &bodies)?);
     }
     checks.push(of_walls(gpu, precision, &mut random)?);
     Ok(checks)

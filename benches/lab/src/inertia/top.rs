@@ -85,21 +85,7 @@ pub(super) fn spin(bodies: &Bodies, i: usize) -> (DVec3, f64) {
 /// # Errors
 /// [`StudyError::Fault`] where a step cannot be taken.
 pub fn turn(compute: &Compute, stepping: Stepping, angle: f64, steps: u64) -> Result<Vec<TopRow>, StudyError> {
-    // Rings and ellipsoids cannot be in one scene.
-    let (others, rings) = SHAPES.split_at(SHAPES.len() - 1);
-    let mut rows = turn_together(others, compute, stepping, angle, steps)?;
-    rows.extend(turn_together(rings, compute, stepping, angle, steps)?);
-    Ok(rows)
-}
-
-fn turn_together(
-    of: &[Top],
-    compute: &Compute,
-    stepping: Stepping,
-    angle: f64,
-    steps: u64,
-) -> Result<Vec<TopRow>, StudyError> {
-    let scene = tops(of, stepping, angle)?;
+    let scene = tops(&SHAPES, stepping, angle)?;
     let mut simulation = Simulation::builder(scene).on(compute).build()?;
     let (computed_by, look_every) = match compute {
         Compute::Gpu { gpu, precision } => {
@@ -134,7 +120,7 @@ fn turn_together(
         energy,
         last_energy,
     };
-    Ok(of.iter().zip(worst).map(row).collect())
+    Ok(SHAPES.iter().zip(worst).map(row).collect())
 }
 
 /// How far a symmetric top's attitude is from the closed form.
