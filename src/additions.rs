@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// One of each kind, and the files that may name it.
-const NAMED: [(&str, &[&str]); 11] = [
+const NAMED: [(&str, &[&str]); 12] = [
     (
         "Shape::Torus",
         &[
@@ -16,6 +16,7 @@ const NAMED: [(&str, &[&str]); 11] = [
             "scene/generate/chainmail.rs",
         ],
     ),
+    ("Shape::Superellipsoid", &["shape/mod.rs", "shape/code.rs", "dynamics/drag/fluid.rs"]),
     ("Tag::Torus", &["shape/code.rs", "separation/gpu.rs", "render/rays.rs"]),
     (
         "Geometry::Ellipsoid",
@@ -42,6 +43,8 @@ const NAMED: [(&str, &[&str]); 11] = [
     (
         "Family::Ellipsoid",
         &[
+            "separation/branches.rs",
+            "separation/branches/gpu.rs",
             "separation/mod.rs",
             "separation/planar.rs",
             "separation/surface.rs",

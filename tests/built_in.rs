@@ -32,7 +32,7 @@ const QUICK: [&str; 12] = [
 ];
 
 /// The others.
-const LONG: [&str; 11] = [
+const LONG: [&str; 12] = [
     "compaction",
     "colony",
     "active-nematic",
@@ -44,6 +44,7 @@ const LONG: [&str; 11] = [
     "rough-channel",
     "chaining",
     "shear-cell",
+    "dice",
 ];
 
 /// A body goes less than this in a step, in lengths of the longest.

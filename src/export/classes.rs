@@ -54,7 +54,7 @@ fn most_types(tag: usize) -> usize {
 impl Survey {
     /// Records a shape.
     pub(super) fn add(&mut self, shape: &Shape) {
-        let (tag, sizes) = shape.code();
+        let (tag, sizes) = shape.for_other_programs().code();
         let of = &mut self.0[tag as usize];
         for (i, size) in sizes.into_iter().enumerate() {
             of.least[i] = of.least[i].min(size);
@@ -154,7 +154,7 @@ fn lengthened(shape: Shape) -> Shape {
 impl Classes {
     /// The type of a shape.
     pub(super) fn of(&self, shape: &Shape) -> u32 {
-        let (tag, sizes) = shape.code();
+        let (tag, sizes) = shape.for_other_programs().code();
         self.0[tag as usize].of(sizes)
     }
 

@@ -229,7 +229,7 @@ fn log<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot) -> io::
 /// The three numbers with which OVITO draws a body with its own size: semi-axes, or for a spherocylinder the radius,
 /// zero and the length of its cylinder. A mesh has none.
 pub(super) fn aspherical(shape: &Shape) -> [f64; 3] {
-    match shape.geometry() {
+    match shape.for_other_programs().geometry() {
         Geometry::Centreline { curve: Centreline::Point, radius } => [radius; 3],
         Geometry::Centreline { curve: Centreline::Segment { half }, radius } => [radius, 0.0, 2.0 * half],
         Geometry::Ellipsoid { radii } => radii.to_array(),

@@ -181,7 +181,7 @@ fn bodies(state: &Snapshot) -> PolyData {
 
 /// The scale of a sphere of unit diameter that gives the body.
 fn glyph(shape: &Shape) -> [f64; 3] {
-    match shape.geometry() {
+    match shape.for_other_programs().geometry() {
         Geometry::Centreline { curve: Centreline::Point, radius } => [2.0 * radius; 3],
         Geometry::Ellipsoid { radii } => (2.0 * radii).to_array(),
         Geometry::Centreline { curve: Centreline::Segment { .. } | Centreline::Circle { .. }, .. }

@@ -143,7 +143,7 @@ impl PyBodies {
         Ok(column(py, lengths(&self.bodies)))
     }
 
-    /// (N,) uint32: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus.
+    /// (N,) uint32: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus, 5 superellipsoid.
     #[getter]
     fn shapes<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
         Ok(column(py, shapes(&self.bodies)))

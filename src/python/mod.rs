@@ -54,7 +54,7 @@ fn measures() -> Vec<(&'static str, &'static str)> {
 /// The shapes of scenes: the name and the code of each.
 #[pyfunction]
 fn shapes() -> Vec<(&'static str, u32)> {
-    Tag::ALL.iter().filter_map(|tag| Some((tag.constant()?, *tag as u32))).collect()
+    Tag::ALL.iter().filter_map(|tag| Some((tag.upper_name()?, *tag as u32))).collect()
 }
 
 /// The built-in scenes: a description of each, by its name.

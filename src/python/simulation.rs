@@ -683,7 +683,7 @@ impl PySimulation {
         Ok(column(py, self.bodies(py, bodies::lengths)?))
     }
 
-    /// (N,) uint32: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus.
+    /// (N,) uint32: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus, 5 superellipsoid.
     #[getter]
     fn shapes<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
         Ok(column(py, self.bodies(py, bodies::shapes)?))

@@ -15,6 +15,9 @@ use glam::{DQuat, DVec3};
 /// The lengths of bodies at birth; NaN if a body's division rule does not need it.
 const BIRTH_LENGTH: &str = "birth_length";
 
+/// The exponents of superellipsoids, zero of other bodies: written where there are any.
+const EXPONENTS: &str = "exponents";
+
 /// The arrays of rates and division lengths of single cells. A cell without a value of its own has NaN.
 const OWN_GROWTH: [&str; 2] = ["own_rate", "own_division_length"];
 
@@ -69,6 +72,9 @@ pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
         f64s("birth", bodies.lineage.iter().map(|l| [l.birth])),
         u32s("generation", bodies.lineage.iter().map(|l| [l.generation])),
     ];
+    if bodies.shape.iter().any(|shape| shape.exponents().is_some()) {
+        blocks.push(f64s(EXPONENTS, bodies.shape.iter().map(|shape| shape.exponents().unwrap_or([0.0; 2]))));
+    }
     if !bodies.broken_bonds.is_empty() {
         blocks.push(u32s("broken_bonds", bodies.broken_bonds.iter().map(|bond| [*bond])));
     }
@@ -165,13 +171,17 @@ pub(super) fn has_tangents(source: &Archive) -> bool {
 fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
     let sizes = sane("size", source.f64s::<3>("size", rows)?)?;
     let tags = source.u32s::<1>("shape", rows)?;
+    let exponents = match source.has(EXPONENTS) {
+        true => sane(EXPONENTS, source.f64s::<2>(EXPONENTS, rows)?)?.into_iter().map(Some).collect(),
+        false => vec![None; rows],
+    };
     // A rod shorter than thick is not valid.
     let real = |shape: &Shape| shape.validate().is_ok();
-    let pairs = tags.into_iter().zip(sizes).enumerate();
-    let shape = |(row, ([tag], size)): (usize, ([u32; 1], [f64; 3]))| {
-        Shape::from_code(tag, size).filter(real).ok_or_else(|| StateError::row("shape", row))
+    let shape = |row: usize| {
+        let shape = Shape::from_numbers(tags[row][0], sizes[row], exponents[row]);
+        shape.filter(real).ok_or_else(|| StateError::row("shape", row))
     };
-    pairs.map(shape).collect()
+    (0..rows).map(shape).collect()
 }
 
 /// The lengths at birth, if the state has them.

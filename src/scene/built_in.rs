@@ -55,6 +55,7 @@ impl BuiltIn {
         "silo": "rough ellipsoids and balls leave a hopper through its outlet",
         "rough-channel": "rods with friction grow and divide in a channel that is open at both ends",
         "chaining": "cells that stay bonded after division fold into a crowd of chains in a channel",
+        "dice": "dice, tablets and bricks, superellipsoids with friction, are poured into a tube",
         "biofilm": "cells on a floor grow by a nutrient from above: what grows ahead starves the rest",
         "pressed-ring": "a stiff ring of 32 rods is pressed flat by a moving wall",
         "mother-machine-array": "cells in four rows of trenches on two feeding channels grow by what diffuses in",

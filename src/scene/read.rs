@@ -352,6 +352,7 @@ const LISTS: &[&str] = &[
     "torque",
     "axes",
     "radii",
+    "exponents",
     "walls",
     "normal",
     "center",

@@ -49,7 +49,7 @@ impl Family {
             Tag::Sphere | Tag::Spherocylinder => Some(Family::Segment),
             Tag::Ellipsoid => Some(Family::Ellipsoid),
             Tag::Torus => Some(Family::Circle),
-            Tag::Custom => None,
+            Tag::Custom | Tag::Superellipsoid => None,
         }
     }
 
@@ -135,7 +135,8 @@ impl PairFamilies {
             source = add_minima_of_circles_to(source.include(fragment!("separation/nearest.wgsl")));
         }
         if self == PairFamilies::CircleEllipsoid {
-            source = add_minima_of_circle_and_ellipsoid_to(source.include(fragment!("separation/nearest.wgsl")));
+            let circles = add_minima_of_circles_to(source.include(fragment!("separation/nearest.wgsl")));
+            source = add_minima_of_circle_and_ellipsoid_to(circles);
         }
         for fragment in self.fragments().iter().chain(self.entry(planar)) {
             source = source.include(*fragment);
@@ -268,7 +269,7 @@ pub(crate) fn add_minima_of_circles_to(source: Source) -> Source {
     source.include(fragment!("separation/circle_minima.wgsl"))
 }
 
-/// Adds the search for the minima of the distance between a circle and an ellipsoid, to a source as the last.
+/// Adds the search for the minima of the distance between a circle and an ellipsoid, to a source with that for circles.
 pub(crate) fn add_minima_of_circle_and_ellipsoid_to(source: Source) -> Source {
     let fragments = [
         fragment!("separation/basis.wgsl"),
@@ -276,7 +277,7 @@ pub(crate) fn add_minima_of_circle_and_ellipsoid_to(source: Source) -> Source {
         fragment!("separation/point_ellipsoid.wgsl"),
         fragment!("separation/circle_ellipsoid_minima.wgsl"),
     ];
-    fragments.into_iter().fold(add_minima_of_circles_to(source), Source::include)
+    fragments.into_iter().fold(source, Source::include)
 }
 
 /// Adds bodies in space, for shapes of all families: the structs `Placed` and `Separation`, and the functions

@@ -1,5 +1,6 @@
 //! Why a shape, or a proxy of it, is refused.
 
+use super::superellipsoid::EXPONENTS;
 use super::{LARGEST_SIZE, MAX_ASPECT, SMALLEST_SIZE};
 use crate::digits::exact;
 
@@ -47,6 +48,17 @@ pub enum ShapeError {
         /// Radius of the tube.
         minor_radius: f64,
     },
+    /// An exponent with which a superellipsoid is not convex and smooth, or nearly a box.
+    #[error(
+        "{name} must be from {} to {}, not {}: below 1 the body is not convex, below 2 its edges have no radius of curvature",
+        EXPONENTS[0], EXPONENTS[1], exact(*value)
+    )]
+    Exponent {
+        /// Which exponent.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// A shape more slender or more flat than separations are sure of.
     #[error("the largest size is {aspect:.4} times the smallest; at most {MAX_ASPECT} is supported")]
     Aspect {
@@ -64,6 +76,7 @@ impl ShapeError {
             ShapeError::NotFinite { name, .. }
             | ShapeError::NotPositive { name, .. }
             | ShapeError::OutOfRange { name, .. }
+            | ShapeError::Exponent { name, .. }
             | ShapeError::Aspect { name, .. } => name,
             ShapeError::ShorterThanDiameter { .. } => "length",
             ShapeError::NoHole { .. } => "minor_radius",
@@ -92,6 +105,9 @@ pub enum ProxyError {
     /// Two equal largest radii: no line of spheres fills a disc.
     #[error("an oblate ellipsoid has no major axis to put spheres on")]
     NoMajorAxis,
+    /// No line of spheres fills a rounded box.
+    #[error("a superellipsoid has no multi-sphere proxy")]
+    Superellipsoid,
     /// A shape of the user's own.
     #[error("a custom shape has no multi-sphere proxy")]
     Custom,

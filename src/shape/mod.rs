@@ -12,12 +12,14 @@ pub(crate) mod gpu;
 mod section;
 mod sphere;
 mod spherocylinder;
+mod superellipsoid;
 mod torus;
 
 #[cfg(feature = "gpu")]
 pub(crate) use code::Tag;
 pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
+pub use superellipsoid::Superellipsoid;
 
 use glam::{DQuat, DVec3};
 
@@ -57,6 +59,8 @@ pub enum Shape {
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         minor_radius: f64,
     },
+    /// A box with rounded edges and corners: `(|x / a|^n2 + |y / b|^n2)^(n1 / n2) + |z / c|^n1 <= 1`.
+    Superellipsoid(Superellipsoid),
     /// A shape of one's own, made in code by [`Convex::new`]: no file holds one, and only the CPU computes with it.
     #[cfg_attr(feature = "files", serde(skip), schemars(skip))]
     Convex(Convex),
@@ -145,6 +149,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::validate(diameter, length),
             Shape::Ellipsoid { radii } => ellipsoid::validate(radii),
             Shape::Torus { major_radius, minor_radius } => torus::validate(major_radius, minor_radius),
+            Shape::Superellipsoid(superellipsoid) => superellipsoid.validate(),
             // It was looked at when it was made.
             Shape::Convex(_) => Ok(()),
         }
@@ -157,6 +162,7 @@ impl Shape {
             Shape::Spherocylinder { .. } => "spherocylinder",
             Shape::Ellipsoid { .. } => "ellipsoid",
             Shape::Torus { .. } => "torus",
+            Shape::Superellipsoid(_) => "superellipsoid",
             Shape::Convex(_) => "custom shape",
         }
     }
@@ -174,7 +180,22 @@ impl Shape {
             Shape::Torus { major_radius, minor_radius } => {
                 Geometry::Centreline { curve: Centreline::Circle { radius: major_radius }, radius: minor_radius }
             }
+            Shape::Superellipsoid(superellipsoid) => Geometry::Convex(superellipsoid.convex()),
             Shape::Convex(convex) => Geometry::Convex(convex),
+        }
+    }
+
+    /// Whether it is known by its support function alone, as a superellipsoid and a shape of one's own.
+    pub(crate) fn is_general(&self) -> bool {
+        matches!(self.geometry(), Geometry::Convex(_))
+    }
+
+    /// The shape that programs without superellipsoids draw in place of one: the ellipsoid with its semi-axes.
+    #[cfg(feature = "files")]
+    pub(crate) fn for_other_programs(&self) -> Shape {
+        match self {
+            Shape::Superellipsoid(of) => Shape::Ellipsoid { radii: of.radii() },
+            other => *other,
         }
     }
 
@@ -186,6 +207,7 @@ impl Shape {
             Shape::Spherocylinder { length, .. } => 0.5 * length,
             Shape::Ellipsoid { radii } => DVec3::from_array(radii).max_element(),
             Shape::Torus { major_radius, minor_radius } => major_radius + minor_radius,
+            Shape::Superellipsoid(superellipsoid) => superellipsoid.convex().bounding_radius(),
             Shape::Convex(convex) => convex.bounding_radius(),
         }
     }
@@ -198,6 +220,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, .. } => diameter,
             Shape::Ellipsoid { radii } => 2.0 * DVec3::from_array(radii).min_element(),
             Shape::Torus { minor_radius, .. } => 2.0 * minor_radius,
+            Shape::Superellipsoid(superellipsoid) => superellipsoid.convex().thickness(),
             Shape::Convex(convex) => convex.thickness(),
         }
     }
@@ -224,6 +247,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::volume(diameter, length),
             Shape::Ellipsoid { radii } => ellipsoid::volume(radii),
             Shape::Torus { major_radius, minor_radius } => torus::volume(major_radius, minor_radius),
+            Shape::Superellipsoid(superellipsoid) => superellipsoid.convex().volume(),
             Shape::Convex(convex) => convex.volume(),
         }
     }
@@ -241,6 +265,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::unit_inertia(diameter, length),
             Shape::Ellipsoid { radii } => ellipsoid::unit_inertia(radii),
             Shape::Torus { major_radius, minor_radius } => torus::unit_inertia(major_radius, minor_radius),
+            Shape::Superellipsoid(superellipsoid) => superellipsoid.convex().unit_inertia(),
             Shape::Convex(convex) => convex.unit_inertia(),
         }
     }
@@ -250,14 +275,14 @@ impl Shape {
     /// (1922); F. P. Bretherton, J. Fluid Mech. 14, 284 (1962)).
     ///
     /// For an ellipsoid they are exact, `(b^2 - c^2) / (b^2 + c^2)` about x; a spherocylinder has the limit of a thin
-    /// rod, as if it were endlessly long, and a ring that of a thin disc. `None` for a shape of one's own.
+    /// rod, as if it were endlessly long, and a ring that of a thin disc. `None` for a superellipsoid and a shape of one's own.
     pub fn bretherton(&self) -> Option<DVec3> {
         match *self {
             Shape::Sphere { .. } => Some(DVec3::ZERO),
             Shape::Spherocylinder { diameter, length } => Some(spherocylinder::bretherton(diameter, length)),
             Shape::Ellipsoid { radii } => Some(ellipsoid::bretherton(radii)),
             Shape::Torus { .. } => Some(torus::BRETHERTON),
-            Shape::Convex(_) => None,
+            Shape::Superellipsoid(_) | Shape::Convex(_) => None,
         }
     }
 
@@ -273,6 +298,7 @@ impl Shape {
         match *self {
             Shape::Spherocylinder { .. } | Shape::Torus { .. } => Some(DVec3::Z),
             Shape::Ellipsoid { radii } => ellipsoid::axis_of_revolution(radii),
+            Shape::Superellipsoid(superellipsoid) => superellipsoid.axis_of_revolution(),
             Shape::Sphere { .. } | Shape::Convex(_) => None,
         }
     }
@@ -285,6 +311,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::half_extents(diameter, length, orientation),
             Shape::Ellipsoid { radii } => ellipsoid::half_extents(radii, orientation),
             Shape::Torus { major_radius, minor_radius } => torus::half_extents(major_radius, minor_radius, orientation),
+            Shape::Superellipsoid(superellipsoid) => superellipsoid.convex().half_extents(orientation),
             Shape::Convex(convex) => convex.half_extents(orientation),
         }
     }
@@ -342,6 +369,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::proxy(diameter, length, count),
             Shape::Ellipsoid { radii } => ellipsoid::proxy(radii, count),
             Shape::Torus { major_radius, minor_radius } => torus::proxy(major_radius, minor_radius, count),
+            Shape::Superellipsoid(_) => Err(ProxyError::Superellipsoid),
             Shape::Convex(_) => Err(ProxyError::Custom),
         }
     }
@@ -356,6 +384,7 @@ impl Shape {
             Shape::Spherocylinder { .. } => check_axis_count(count),
             Shape::Ellipsoid { radii } => ellipsoid::check_proxy(radii, count),
             Shape::Torus { major_radius, minor_radius } => torus::check_proxy(major_radius, minor_radius, count),
+            Shape::Superellipsoid(_) => Err(ProxyError::Superellipsoid),
             Shape::Convex(_) => Err(ProxyError::Custom),
         }
     }
@@ -379,6 +408,7 @@ impl Shape {
                 DVec3::new(axis.x, axis.y, 0.0).length() * axis.z.abs() <= PLANAR_TOLERANCE
             }
             Shape::Ellipsoid { radii } => ellipsoid::is_planar_symmetric(radii, orientation),
+            Shape::Superellipsoid(superellipsoid) => superellipsoid.is_planar_symmetric(orientation),
             Shape::Convex(convex) => convex.is_planar_symmetric(orientation),
         }
     }

@@ -71,6 +71,9 @@ impl Compute {
     /// [`GpuError::Unsupported`] for what only the CPU supports; [`GpuError::NotBuilt`] without the feature `gpu`.
     #[cfg(feature = "gpu")]
     pub fn check(scene: &Scene) -> Result<(), GpuError> {
+        if let Some(shape) = scene.first_general() {
+            return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
+        }
         let check = |scene: &Scene| {
             Device::check(&scene.model())?;
             lcp::gpu::Solver::check(scene.solver.kind)

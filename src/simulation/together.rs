@@ -122,8 +122,9 @@ impl Together {
             self.processes.broadcast(&[&[START], packed.as_slice()].concat());
             return self.begin(scene, beginning, state, None);
         }
-        if let Some(body) = state.bodies.first_custom() {
-            let what = format!("body {body} has a custom shape, which cannot be sent to other processes");
+        if let Some(body) = state.bodies.shape.iter().position(Shape::is_general) {
+            let name = state.bodies.shape[body].name();
+            let what = format!("body {body} is a {name}, which cannot be sent to other processes; use one process");
             return Err(Fault::Processes(what));
         }
         let thinnest = state.bodies.shape.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);

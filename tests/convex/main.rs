@@ -9,4 +9,5 @@ mod refusals;
 mod separation;
 mod shape;
 mod steps;
+mod superellipsoids;
 mod walls;

@@ -247,9 +247,13 @@ fn rings_are_nearest_to_custom_shapes_where_a_search_says() {
             pair(&placed(Shape::Sphere { radius: 0.1 }, at, DQuat::IDENTITY), &body).separation
         };
         let least = (0..2000).map(|i| ball(f64::from(i) * TAU / 2000.0)).fold(f64::INFINITY, f64::min);
-        // Between samples the distance falls by at most R w^2 / 8.
         assert!(found.separation <= least + 1e-12, "{found:?} {least} {ring:?}");
-        assert!(found.separation >= least - 2e-6 * major_radius, "{found:?} {least} {ring:?}");
+        // The point found is the ring's, and as far from the body as a ball there.
+        let centre = found.lever_a - found.normal * 0.1;
+        let there = placed(Shape::Sphere { radius: 0.1 }, ring.position + centre, DQuat::IDENTITY);
+        assert!((pair(&there, &body).separation - found.separation).abs() < 1e-12, "{found:?} {ring:?}");
+        let centre = ring.orientation.inverse() * centre;
+        assert!((centre.truncate().length() - major_radius).hypot(centre.z) < 1e-12, "{found:?} {ring:?}");
         let gap = body.position - ring.position + found.lever_b - found.lever_a;
         assert!((gap - found.normal * found.separation).length() < 1e-4, "{found:?}");
     }

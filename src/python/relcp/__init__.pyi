@@ -74,6 +74,7 @@ class Shape(enum.IntEnum):
     SPHEROCYLINDER = 1
     ELLIPSOID = 2
     TORUS = 3
+    SUPERELLIPSOID = 5
 
 class Error(Exception):
     """The base class of all exceptions of relcp."""
@@ -517,7 +518,7 @@ class Bodies:
 
     @property
     def shapes(self) -> npt.NDArray[np.uint32]:
-        """(N,): a `Shape` each: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus."""
+        """(N,): a `Shape` each: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus, 5 superellipsoid."""
 
     @property
     def sizes(self) -> _Floats:
@@ -1156,7 +1157,7 @@ class Simulation:
 
     @property
     def shapes(self) -> npt.NDArray[np.uint32]:
-        """(N,): a `Shape` each: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus."""
+        """(N,): a `Shape` each: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus, 5 superellipsoid."""
 
     @property
     def sizes(self) -> _Floats:

@@ -5,7 +5,6 @@ use super::super::error::SceneError;
 use super::super::key::Key;
 use super::positive;
 use crate::dynamics::Drag;
-use crate::shape::Shape;
 
 impl Scene {
     /// Coefficients are positive, and a fluid's drag on each shape is known.
@@ -29,10 +28,11 @@ impl Scene {
     }
 
     fn check_shapes_in_fluid(&self, key: &Key) -> Result<(), SceneError> {
-        let unknown = self.shapes().find(|(_, _, shape)| matches!(shape, Shape::Convex(_)));
-        let Some((list, index, _)) = unknown else { return Ok(()) };
+        let unknown = self.shapes().find(|(_, _, shape)| shape.is_general());
+        let Some((list, index, shape)) = unknown else { return Ok(()) };
         let message = format!(
-            "{list}.{index} has a custom shape, whose drag in a fluid is not known; give `parallel` and `perpendicular`, or a number"
+            "{list}.{index} is a {name}, whose drag in a fluid is not known; give `parallel` and `perpendicular`, or a number",
+            name = shape.name()
         );
         Err(SceneError::bad(key, message))
     }

@@ -57,7 +57,8 @@ impl Scene {
         for (list, index, shape) in self.shapes() {
             if shape.bretherton().is_none() {
                 let message = format!(
-                    "{list}.{index} has a custom shape, whose rotation in a flow is not known; omit the flow or choose another shape"
+                    "{list}.{index} is a {name}, whose rotation in a flow is not known; omit the flow or choose another shape",
+                    name = shape.name()
                 );
                 return Err(SceneError::bad(key, message));
             }

@@ -165,8 +165,9 @@ pub(super) fn check_planar_lattice(key: &Key, lattice: &Lattice) -> Result<(), S
     }
     flat(&key.field("center"), &lattice.center.unwrap_or_default())?;
     let orientation = super::super::generate::orientation_of_lattice(lattice);
-    if lattice.random && matches!(lattice.shape, crate::shape::Shape::Convex(_)) {
-        let message = "a custom shape need not be mirrored by the plane as it is drawn; give its `angle`";
+    if lattice.random && lattice.shape.is_general() {
+        let name = lattice.shape.name();
+        let message = format!("a {name} need not be mirrored by the plane as it is drawn; give its `angle`");
         return Err(SceneError::bad(key.field("random"), message));
     }
     if !lattice.random && !lattice.shape.is_planar_symmetric(orientation) {

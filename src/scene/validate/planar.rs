@@ -6,7 +6,7 @@ use super::super::{Body, Force, Generate, Repeat, Scene, generate};
 use super::patterns::{check_planar_chain, check_planar_fence, check_planar_lattice, flat};
 use crate::digits::exact;
 use crate::dynamics::Load;
-use crate::shape::{PLANAR_TOLERANCE, Shape};
+use crate::shape::PLANAR_TOLERANCE;
 use glam::{DQuat, DVec3};
 
 impl Scene {
@@ -152,11 +152,9 @@ fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
 
 fn check_rule(key: &Key, rule: &Generate) -> Result<(), SceneError> {
     match rule {
-        Generate::Isotropic { .. } if rule.components().any(|(_, shape, _)| matches!(shape, Shape::Convex(_))) => {
-            Err(SceneError::bad(
-                key.field("isotropic"),
-                "a custom shape need not be mirrored by the plane as it is drawn; list the bodies in `bodies`",
-            ))
+        Generate::Isotropic { .. } if rule.components().any(|(_, shape, _)| shape.is_general()) => {
+            let message = "superellipsoids and custom shapes need not be mirrored by the plane as they are drawn; list the bodies in `bodies`";
+            Err(SceneError::bad(key.field("isotropic"), message))
         }
         Generate::Founder { position: [.., z], .. } | Generate::Isotropic { center: [.., z], .. } if *z != 0.0 => {
             let place = if matches!(rule, Generate::Founder { .. }) { "position" } else { "center" };

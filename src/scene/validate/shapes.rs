@@ -107,6 +107,12 @@ impl Scene {
         )
     }
 
+    /// The first shape that is known by its support function alone, which no device has.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn first_general(&self) -> Option<Shape> {
+        self.shapes().map(|(_, _, shape)| shape).find(Shape::is_general)
+    }
+
     pub(super) fn check_contact(&self, key: &Key) -> Result<(), SceneError> {
         let contact = &self.contact;
         let tolerance_key = key.field("overlap_tolerance");
@@ -155,7 +161,9 @@ impl Scene {
                 let body = Key::ROOT.field(list);
                 let body = body.index(index);
                 return Err(match error {
-                    ProxyError::NoMajorAxis | ProxyError::Custom => SceneError::bad(body, error.to_string()),
+                    ProxyError::NoMajorAxis | ProxyError::Superellipsoid | ProxyError::Custom => {
+                        SceneError::bad(body, error.to_string())
+                    }
                     ProxyError::Even { .. } | ProxyError::TooFew { .. } => {
                         SceneError::bad(key, format!("{error} (the shape of {body})"))
                     }

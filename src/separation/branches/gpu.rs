@@ -171,7 +171,8 @@ mod tests {
                      if mask != WHOLE { out[i] = vec4r(branch_separation(apart.xyz, body, body, apart.w, 1u).normal, slack); }
                  }",
             );
-            validate(&source).unwrap_or_else(|e| panic!("{precision:?}, rods {rods}, rings {rings}, with ellipsoids {ringed}: {e}"));
+            validate(&source)
+                .unwrap_or_else(|e| panic!("{precision:?}, rods {rods}, rings {rings}, with ellipsoids {ringed}: {e}"));
         }
     }
 }

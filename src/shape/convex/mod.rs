@@ -11,6 +11,7 @@ mod sample;
 
 pub use error::ConvexError;
 
+use super::superellipsoid::Norm;
 use super::{PLANAR_TOLERANCE, check_aspect, check_size};
 use glam::{DMat3, DQuat, DVec3};
 use sample::Samples;
@@ -55,14 +56,21 @@ pub struct Convex(&'static Measured);
 
 /// What is known of a shape.
 struct Measured {
-    function: Box<dyn SupportFunction>,
+    function: Function,
     id: u64,
     bounding_radius: f64,
     thickness: f64,
     volume: f64,
     unit_inertia: DVec3,
     roundness: f64,
-    step: f64,
+}
+
+/// Where a shape's points come from.
+enum Function {
+    /// A user's own code; curvatures are differences over the angle `step`.
+    Given { function: Box<dyn SupportFunction>, step: f64 },
+    /// A closed form.
+    Superellipsoid(Norm),
 }
 
 static NEXT_ID: AtomicU64 = AtomicU64::new(0);
@@ -106,16 +114,41 @@ impl Convex {
             volume,
             unit_inertia,
             roundness: samples.roundness(),
-            step: sample::curvature_step(2.0 * bounding_radius / thickness),
-            function: Box::new(function),
+            function: Function::Given {
+                function: Box::new(function),
+                step: sample::curvature_step(2.0 * bounding_radius / thickness),
+            },
         };
         Ok(Convex(Box::leak(Box::new(measured))))
+    }
+
+    /// A superellipsoid, of which all is known in closed form but the least radius of curvature.
+    pub(super) fn of_superellipsoid(norm: Norm) -> Convex {
+        let least_radius = |n: DVec3| {
+            let (h11, h12, h22) = norm.hessian(n, n.any_orthonormal_pair());
+            0.5 * (h11 + h22) - (0.5 * (h11 - h22)).hypot(h12)
+        };
+        // All octants are alike.
+        let normals = sample::directions(ROUNDNESS_FREQUENCY, norm.half_widths()).filter(|n| n.min_element() >= 0.0);
+        let measured = Measured {
+            id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
+            bounding_radius: norm.bounding_radius(),
+            thickness: norm.thickness(),
+            volume: norm.volume(),
+            unit_inertia: norm.unit_inertia(),
+            roundness: 0.5 * normals.map(least_radius).fold(f64::INFINITY, f64::min).max(0.0),
+            function: Function::Superellipsoid(norm),
+        };
+        Convex(Box::leak(Box::new(measured)))
     }
 
     /// The surface point whose outward normal is the unit vector `n`, in body axes.
     #[inline]
     pub fn point(&self, n: DVec3) -> DVec3 {
-        self.0.function.point(n)
+        match &self.0.function {
+            Function::Given { function, .. } => function.point(n),
+            Function::Superellipsoid(norm) => norm.point(n),
+        }
     }
 
     /// The support function at the unit vector `n`: how far the body reaches along it.
@@ -127,7 +160,10 @@ impl Convex {
     /// The Hessian of the support function across `n` in a tangent basis, as (11, 12, 22).
     #[inline]
     pub(crate) fn hessian(&self, n: DVec3, basis: (DVec3, DVec3)) -> (f64, f64, f64) {
-        sample::hessian(&*self.0.function, n, basis, self.0.step)
+        match &self.0.function {
+            Function::Given { function, step } => sample::hessian(&**function, n, basis, *step),
+            Function::Superellipsoid(norm) => norm.hessian(n, basis),
+        }
     }
 
     /// A number that no other shape of this program has, in the order in which they were made.
@@ -187,6 +223,9 @@ impl Convex {
         sample::directions(MIRROR_FREQUENCY, DVec3::ONE).all(same)
     }
 }
+
+/// Normals along a quarter of a great circle that a superellipsoid's least radius of curvature is looked for with.
+const ROUNDNESS_FREQUENCY: usize = 48;
 
 /// Normals along a quarter of a great circle that a mirror plane is looked for with: 1,032 in all.
 const MIRROR_FREQUENCY: usize = 16;

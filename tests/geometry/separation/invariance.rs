@@ -8,12 +8,18 @@ use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
 
 #[test]
-fn a_ring_with_an_ellipsoid_is_refused() {
+fn a_ring_about_an_ellipsoids_waist_is_as_far_as_their_radii_say() {
     let at = |shape| Placed { shape, position: DVec3::ZERO, orientation: DQuat::IDENTITY };
-    let ring = at(Shape::Torus { major_radius: 1.0, minor_radius: 0.1 });
+    let ring = |major_radius| at(Shape::Torus { major_radius, minor_radius: 0.1 });
     let ellipsoid = at(Shape::Ellipsoid { radii: [1.0, 1.0, 2.0] });
-    assert_eq!(separation(&ring, &ellipsoid, None), None);
-    assert_eq!(separation(&ellipsoid, &ring, None), None);
+    for (major_radius, expected) in [(1.0, -0.1), (2.0, 0.9), (0.5, -0.6)] {
+        for found in [
+            separation(&ring(major_radius), &ellipsoid, None).unwrap(),
+            separation(&ellipsoid, &ring(major_radius), None).unwrap(),
+        ] {
+            assert!((found.separation - expected).abs() < 1e-15, "{major_radius}: {found:?}");
+        }
+    }
 }
 
 #[test]

@@ -83,8 +83,8 @@ fn nearest_of_all(ring: &Placed, other: &Placed, samples: usize) -> f64 {
     best
 }
 
-/// How far the separation is from the least distance, and the point found from the ring and the ellipsoid, as parts of
-/// the size.
+/// How far the separation is above the least distance that the search finds, and the point found from the ring and the
+/// ellipsoid, as parts of the size. Of a point that is on both no search can say that it is too near.
 fn errors(ring: &Placed, other: &Placed, samples: usize) -> [f64; 2] {
     let s = pair(ring, other);
     check_sound(ring, other, &s);
@@ -100,7 +100,7 @@ fn errors(ring: &Placed, other: &Placed, samples: usize) -> [f64; 2] {
     let on_body = other.orientation.inverse() * (ring.position - other.position + s.lever_a - s.normal * minor_radius);
     let there = to_ellipsoid(DVec3::from_array(radii), on_body);
     let best = nearest_of_all(ring, other, samples);
-    [(found - best).abs() / size, off_ring.max((there - found).abs()) / size]
+    [(found - best).max(0.0) / size, off_ring.max((there - found).abs()) / size]
 }
 
 fn random_radii(aspect: f64, random: &mut ChaCha8Rng) -> [f64; 3] {
