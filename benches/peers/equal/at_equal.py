@@ -4,6 +4,8 @@
 DECADES = ["1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7"]
 # relcp's time step in all its runs.
 DT = 0.1
+# Where the names of engines stand beside their points, the one with the least overlap first: points lie close.
+LABELS = [(-6, -12, "right"), (6, -12, "left"), (-6, 6, "right"), (0, 14, "center"), (6, 4, "left")]
 TITLES = {"rods-1000": "1,000 rods", "ellipsoids-1000": "1,000 ellipsoids", "rods-8000": "8,000 rods"}
 
 
@@ -64,8 +66,10 @@ def blocks(rows, names, table):
     clocks = sorted(row["clock"] for row in rows)
     loads = [row["load"] for row in rows]
     said = f"Measured {' to '.join(dict.fromkeys([days[0], days[-1]]))} from {clocks[0]} to {clocks[-1]} UTC, "
-    said += f"{rows[0]['machine']}, one thread on one core, relcp at a step of {DT:g}, by turns; the least of "
-    said += f"{max(row['round'] for row in rows)} rounds. Load of the machine: {min(loads):.1f} to {max(loads):.1f}.\n"
+    rounds = max(row["round"] for row in rows)
+    said += f"{rows[0]['machine']}, one thread on one core, relcp at a step of {DT:g}, by turns"
+    said += f"; the least of {rounds} rounds" if rounds > 1 else ""
+    said += f". Load of the machine, which other programs shared: {min(loads):.1f} to {max(loads):.1f}.\n"
     return {
         "short": against(rows, names, table, ["rods-1000"]),
         "equal": against(rows, names, table, scenes),
@@ -85,10 +89,10 @@ def curves(rows, names, colours):
         own = sorted((row["max_overlap"], row["cpu_s"]) for (_, engine, _), row in best.items() if engine == "relcp")
         axis.loglog(*zip(*own), "-o", color=colours["relcp"], markersize=4)
         axis.annotate("relcp", own[len(own) // 2], xytext=(6, 6), textcoords="offset points", color=colours["relcp"])
-        for row, _ in pairs(rows, scene):
+        for (row, _), (x, y, side) in zip(pairs(rows, scene), LABELS):
             at = row["max_overlap"], row["cpu_s"]
             axis.loglog(*at, "s", color=colours[row["engine"]])
-            axis.annotate(names[row["engine"]], at, xytext=(5, -3), textcoords="offset points", fontsize=8)
+            axis.annotate(names[row["engine"]], at, xytext=(x, y), textcoords="offset points", fontsize=8, ha=side)
         axis.set(title=TITLES[scene], xlabel="largest overlap, a length", ylabel="CPU seconds, one core")
         axis.margins(x=0.25)
         axis.grid(alpha=0.3)
