@@ -53,7 +53,7 @@ def against(rows, names, table, scenes):
 def tolerances(rows, table):
     """relcp's CPU seconds by its tolerance, one line a scene."""
     best = quickest(row for row in rows if row["engine"] == "relcp" and row.get("ended") is None)
-    scenes = [scene for scene in TITLES if any(key[0] == scene for key in best)]
+    scenes = [scene for scene in TITLES if any((scene, "relcp", name) in best for name in DECADES)]
     cell = lambda scene, name: seconds(best[scene, "relcp", name]["cpu_s"]) if (scene, "relcp", name) in best else ""
     body = [[TITLES[scene], *(cell(scene, name) for name in DECADES)] for scene in scenes]
     return table(["CPU s by tolerance", *DECADES], body)
