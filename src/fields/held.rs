@@ -5,7 +5,7 @@ use super::settings::Held;
 use crate::separation::Surface;
 use glam::DVec3;
 
-/// The concentration that each cell of a grid is held at, if it is; empty where none is.
+/// The held concentration of each cell of a grid, `None` for a free cell; empty without regions.
 pub(super) type HeldCells = Vec<Option<f64>>;
 
 /// The cells that regions hold. Along a periodic axis a centre counts where it is in the grid, like that of a body.

@@ -3,8 +3,9 @@
 //! A field changes between two steps of the bodies. Over the step that has just ended, with the bodies where they then
 //! are: first each grid cell exchanges with the bodies in it, by an implicit Euler step that leaves no cell below zero
 //! and takes from the grid what it gives to the bodies; then the field diffuses along each axis in turn, by implicit
-//! Euler steps; then it decays. Cells of the grid that are held keep their concentration. So it is of first order in the step and of second order in the spacing, and stable at
-//! any. A body is in the grid cells about points on its axis, with parts that are linear in the distance.
+//! Euler steps; then it decays. Held cells of the grid keep their concentration. So it is of first order in the step
+//! and of second order in the spacing, and stable at any. A body is in the grid cells about points on its axis, with
+//! parts that are linear in the distance.
 //!
 //! Cells may grow by what there is ([`Nutrient`]): in the next step, with the concentration where they then are.
 

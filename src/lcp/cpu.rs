@@ -29,18 +29,31 @@ const MOST_CHUNKS: usize = 128;
 /// Rows per chunk for the rows of the paper's method, whose sums keep their bits.
 const CHUNK_OF_PARALLEL_ROWS: usize = 4_096;
 
+/// The diagonals of a problem.
+#[derive(Clone, Debug, Default)]
+struct OwnDiagonals {
+    plain: Vec<f64>,
+    /// `1 / plain`, zero for zero rows.
+    inverse: Vec<f64>,
+    /// Empty until [`Cpu::find_majorant`].
+    majorant: Vec<f64>,
+    inverse_majorant: Vec<f64>,
+}
+
+impl OwnDiagonals {
+    fn all(&self) -> Diagonals<'_> {
+        let OwnDiagonals { plain, inverse, majorant, inverse_majorant } = self;
+        Diagonals { plain, inverse, majorant, inverse_majorant }
+    }
+}
+
 /// A problem prepared for the solvers. Its buffers are reused for the next problem.
 #[derive(Clone, Debug, Default)]
 pub struct Cpu<const D: usize, P = Alone> {
     /// Each row's index in the problem.
     pub(super) order: Vec<u32>,
     q: Vec<f64>,
-    diagonal: Vec<f64>,
-    /// `1 / diagonal`, zero for zero rows.
-    inverse: Vec<f64>,
-    /// Empty until [`Cpu::find_majorant`].
-    majorant: Vec<f64>,
-    inverse_majorant: Vec<f64>,
+    diagonals: OwnDiagonals,
     /// `A` gets this part of its diagonal added.
     compliance: f64,
     product: Product<D>,
@@ -95,16 +108,16 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.q.clear();
         self.q.extend(self.order.iter().map(|row| problem.q[*row as usize]));
         self.product.rebuild(problem.bodies, pair, &problem.jacobian, &self.order);
-        self.diagonal = self.product.diagonal();
+        self.diagonals.plain = self.product.diagonal();
         self.portion.take(self.product.pair(), problem.bodies);
         let (largest, finite) = self.survey();
         self.finite = finite;
         let zero = ZERO_ROW * largest;
-        let live: Vec<bool> = self.diagonal.iter().map(|s| *s > zero).collect();
+        let live: Vec<bool> = self.diagonals.plain.iter().map(|s| *s > zero).collect();
         let inverse = |(s, live): (&f64, &bool)| if *live { 1.0 / s } else { 0.0 };
-        self.inverse = self.diagonal.iter().zip(&live).map(inverse).collect();
-        self.majorant.clear();
-        self.inverse_majorant.clear();
+        self.diagonals.inverse = self.diagonals.plain.iter().zip(&live).map(inverse).collect();
+        self.diagonals.majorant.clear();
+        self.diagonals.inverse_majorant.clear();
         self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live, &blocks);
         self.compliance = 0.0;
         self.products = 0;
@@ -114,9 +127,10 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
 
     /// Computes [`Metric::Majorant`](super::verbs::Metric::Majorant) for this problem; only one solver needs it.
     pub fn find_majorant(&mut self) {
-        self.majorant = self.product.majorant();
+        self.diagonals.majorant = self.product.majorant();
         let inverse = |(w, inverse): (&f64, &f64)| if *inverse == 0.0 { 0.0 } else { 1.0 / w };
-        self.inverse_majorant = self.majorant.iter().zip(&self.inverse).map(inverse).collect();
+        self.diagonals.inverse_majorant =
+            self.diagonals.majorant.iter().zip(&self.diagonals.inverse).map(inverse).collect();
     }
 
     /// Adds this part of its diagonal to `A`, until the next problem, so that contradictory rows have a solution. The
@@ -132,7 +146,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
 
     /// The largest violation that the compliance allows at these multipliers, a length.
     pub fn compliance_violation(&self, x: &[f64]) -> f64 {
-        let moved = self.diagonal.iter().zip(x).map(|(s, x)| s * x);
+        let moved = self.diagonals.plain.iter().zip(x).map(|(s, x)| s * x);
         self.compliance * moved.fold(0.0, worse)
     }
 
@@ -149,8 +163,8 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
 
     /// The largest entry of the diagonal, and whether it and all offsets are finite.
     fn survey(&self) -> (f64, bool) {
-        let largest = self.diagonal.iter().fold(0.0, |largest: f64, s| largest.max(*s));
-        let finite = self.q.iter().chain(&self.diagonal).all(|number| number.is_finite());
+        let largest = self.diagonals.plain.iter().fold(0.0, |largest: f64, s| largest.max(*s));
+        let finite = self.q.iter().chain(&self.diagonals.plain).all(|number| number.is_finite());
         self.portion.survey((largest, finite))
     }
 
@@ -174,7 +188,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
 
     /// The rows, for solvers that visit them one by one.
     pub(crate) fn rows(&self) -> Rows<'_, D> {
-        let (diagonal, inverse) = (&self.diagonal, &self.inverse);
+        let (diagonal, inverse) = (&self.diagonals.plain, &self.diagonals.inverse);
         Rows { pair: self.product.pair(), jacobian: self.product.jacobian(), q: &self.q, diagonal, inverse }
     }
 
@@ -206,12 +220,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
     /// The problem, to be shared by several threads.
     pub(super) fn whole(&mut self) -> Whole<'_, D> {
         Whole {
-            diagonals: Diagonals {
-                plain: &self.diagonal,
-                inverse: &self.inverse,
-                majorant: &self.majorant,
-                inverse_majorant: &self.inverse_majorant,
-            },
+            diagonals: self.diagonals.all(),
             q: &self.q,
             compliance: self.compliance,
             pair: self.product.pair(),
@@ -230,12 +239,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
     }
 
     fn diagonals(&self) -> Diagonals<'_> {
-        Diagonals {
-            plain: &self.diagonal,
-            inverse: &self.inverse,
-            majorant: &self.majorant,
-            inverse_majorant: &self.inverse_majorant,
-        }
+        self.diagonals.all()
     }
 }
 
@@ -299,13 +303,7 @@ impl<const D: usize, P: Portion<D>> OnRows for Cpu<D, P> {
         join: impl Fn(usize, f64, f64) -> f64,
         mut chunk: impl FnMut(Range<usize>, &mut Blocks, &Numbers) -> [f64; N],
     ) -> [f64; N] {
-        let diagonals = Diagonals {
-            plain: &self.diagonal,
-            inverse: &self.inverse,
-            majorant: &self.majorant,
-            inverse_majorant: &self.inverse_majorant,
-        };
-        let numbers = Numbers { diagonals, q: &self.q, compliance: self.compliance };
+        let numbers = Numbers { diagonals: self.diagonals.all(), q: &self.q, compliance: self.compliance };
         let mut blocks = self.blocks.chunks();
         let chunk = |rows| blocks.next().map_or(start, |blocks| chunk(rows, blocks, &numbers));
         self.portion.join_chunks(start, join, chunk, &self.chunks)
@@ -320,16 +318,7 @@ impl<const D: usize, P: Portion<D>> OnRows for Cpu<D, P> {
         mut chunk: impl FnMut(Range<usize>, &Numbers, &mut [f64]) -> [f64; N],
     ) -> [f64; N] {
         self.products += 1;
-        let numbers = Numbers {
-            diagonals: Diagonals {
-                plain: &self.diagonal,
-                inverse: &self.inverse,
-                majorant: &self.majorant,
-                inverse_majorant: &self.inverse_majorant,
-            },
-            q: &self.q,
-            compliance: self.compliance,
-        };
+        let numbers = Numbers { diagonals: self.diagonals.all(), q: &self.q, compliance: self.compliance };
         self.product.velocities(x);
         let chunk = |rows: Range<usize>| {
             let out = &mut out[rows.clone()];
@@ -361,7 +350,7 @@ impl<const D: usize, P: Portion<D>> InClusters for Cpu<D, P> {
         if condition > 0.0 {
             let bodies = self.incidence().start.len() - 1;
             let mut clusters = self.clusters.take().unwrap_or_else(|| Clusters::new(bodies, &self.rows()));
-            clusters.descend(x, g, &self.diagonal, tolerance, out);
+            clusters.descend(x, g, &self.diagonals.plain, tolerance, out);
             self.clusters = Some(clusters);
         }
     }

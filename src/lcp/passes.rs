@@ -1,5 +1,6 @@
 //! The operations of an iteration of conjugate gradients in few passes over the rows. Each pass does all that it can
-//! with the numbers of a chunk while they are in the first-level cache. The bits are those of the operations one by one.
+//! with the numbers of a chunk while they are in the first-level cache. The bits are those of the operations one by
+//! one.
 
 use super::cone::{is_outside, project, residual, room, worse};
 use super::loops::{PARTS, dots, map, update};

@@ -184,8 +184,8 @@ pub trait Verbs {
     ) -> ([Self::Scalar; 2], Self::Scalar) {
         (self.dots(pairs), self.ratio_test(x, d))
     }
-    /// [`Verbs::descend`] at `x` and `g`, and with `d`, `e` and their products `past`: `g . d, out . A d, g . e, out . A
-    /// e, d . A e, g . out`.
+    /// [`Verbs::descend`] at `x` and `g`, and with `d`, `e` and their products `past`: `g . d`, `out . A d`, `g . e`,
+    /// `out . A e`, `d . A e`, `g . out`.
     fn descend_beside(
         &mut self,
         at: At<Self::Vector>,

@@ -4,12 +4,13 @@
 //! 3), `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere, 1
 //! spherocylinder, 2 ellipsoid, 3 torus, 5 superellipsoid), `size` (N x 3, the shape's sizes in the order of a scene),
 //! `group` (2^32 - 1: none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` if cells divide
-//! by an added length. If there are superellipsoids, `exponents` (N x 2) has theirs, zero for others. Of bodies with values of their own (version 4) there are `own_rate` and `own_division_length` (NaN: none),
-//! and `columns`, the named columns one after the other in the order of the header's `columns`. If bonds are broken,
-//! `broken_bonds` has their indices in the scene, ascending. Of the bonds and joints that hold there are `bond` (the
-//! number in the scene), `bond_bodies` (B x 2, rows), `bond_at` (B x 6, the end on each body, body axes),
-//! `bond_length` (at rest), `bond_energy` (of bends and turns), `bond_contact` (1 where its bodies collide), and with
-//! forces `bond_force` and `bond_torque` (B x 3, on the second body, about its end).
+//! by an added length. If there are superellipsoids, `exponents` (N x 2) has theirs, zero for others. Of bodies with
+//! values of their own (version 4) there are `own_rate` and `own_division_length` (NaN: none), and `columns`, the named
+//! columns one after the other in the order of the header's `columns`. If bonds are broken, `broken_bonds` has their
+//! indices in the scene, ascending. Of the bonds and joints that hold there are `bond` (the number in the scene),
+//! `bond_bodies` (B x 2, rows), `bond_at` (B x 6, the end on each body, body axes), `bond_length` (at rest),
+//! `bond_energy` (of bends and turns), `bond_contact` (1 where its bodies collide), and with forces `bond_force` and
+//! `bond_torque` (B x 3, on the second body, about its end).
 //!
 //! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, one row per near pair (and, where
 //! contacts have friction, `warm_tangent`, the friction forces on the second bodies, N x 3: version 3), and the run's

@@ -138,7 +138,7 @@ fn in_words(found: &str, wanted: &str) -> String {
     }
     match (found, found.strip_prefix("invalid length ")) {
         ("map", _) if wanted.contains("a single key") => {
-            "an object with none or several: settings go inside that key".into()
+            "an object with no key or several: settings go inside the key".into()
         }
         ("map", _) => "an object".into(),
         ("sequence", _) => "a list".into(),

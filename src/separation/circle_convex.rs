@@ -13,7 +13,7 @@
 //! Degenerate cases: a constant distance, as of a coaxial body of revolution (the first sample, and no minimum); equal
 //! minima (the first); a point with several nearest ones (see `point_ellipsoid` and `segment_convex`).
 
-use super::circles::Circle;
+use super::circles::{Circle, MAX_HALVINGS, TIE, roots_between};
 use super::convex::Body;
 use super::peak::Supporting;
 use super::{Separation, circles};
@@ -22,16 +22,10 @@ use std::f64::consts::TAU;
 
 /// Samples on the circle.
 const SAMPLES: usize = 32;
-/// Distances this close, as a fraction of the sizes, are equal.
-const TIE: f64 = 1e-13;
-/// Ratio of the second derivatives at the ends of an interval below which the first counts as monotone between them.
-const MONOTONE: f64 = 2.0;
 /// The largest number of steps of the refinement, and after how many of them every other one halves the bracket: at a
 /// kink, which is inside the body, Newton's steps need not.
 const MAX_STEPS: usize = 100;
 const FAST_STEPS: usize = 10;
-/// The largest number of halvings of an interval: as in `circles`.
-const MAX_HALVINGS: usize = 26;
 
 /// The distance of the circle's point at an angle, its two derivatives, and the rounding error of the first.
 #[derive(Clone, Copy)]
@@ -179,15 +173,10 @@ impl Around {
     }
 }
 
-/// Whether an interval has at most one root of the slope, judged from its ends: the slope changes in the same direction
-/// at both and about as fast, or is too steep to return, or is rounding.
+/// Whether an interval has at most one root of the slope, or a slope that is rounding.
 fn is_resolved(low: &Sample, high: &Sample) -> bool {
-    let turn = high.angle - low.angle;
-    let bends = (low.curvature.abs().min(high.curvature.abs()), low.curvature.abs().max(high.curvature.abs()));
-    let monotone = low.curvature * high.curvature > 0.0 && bends.1 < MONOTONE * bends.0;
-    let steep = low.slope * high.slope > 0.0 && low.slope.abs().min(high.slope.abs()) > turn * bends.1;
-    let flat = low.slope.abs() <= low.rounding && high.slope.abs() <= high.rounding;
-    flat || monotone || steep
+    let (flat, once) = roots_between([low, high].map(|of| [of.angle, of.slope, of.curvature, of.rounding]));
+    flat || once
 }
 
 /// The minima that a search keeps: the nearest one, or the nearest few with a distance of at most `most`.

@@ -35,7 +35,7 @@ pub(super) struct Circle {
 /// looser [`MONOTONE`] of 3, a few in a million lost up to 1e-4; 32 with that looser value lost 1e-9.
 const SAMPLES: usize = 32;
 /// Distances this close, as a fraction of the sizes, are equal.
-const TIE: f64 = 1e-13;
+pub(super) const TIE: f64 = 1e-13;
 /// Ratio of the second derivatives at the ends of an interval below which the first derivative counts as monotone
 /// between them.
 const MONOTONE: f64 = 2.0;
@@ -45,7 +45,7 @@ pub(super) const MINIMA: usize = 4;
 const MAX_STEPS: usize = 60;
 /// The largest number of halvings of an interval: a minimum hidden in the last has a width of 1e-9, and is nearer by at
 /// most its square.
-const MAX_HALVINGS: usize = 26;
+pub(super) const MAX_HALVINGS: usize = 26;
 
 /// Sines and cosines of the samples' angles.
 static AROUND: LazyLock<[(f64, f64); SAMPLES]> = LazyLock::new(|| std::array::from_fn(|i| angle_of(i).sin_cos()));
@@ -258,18 +258,26 @@ fn search(circles: &Posed, (low, high): (Sample, Sample), halvings: usize, kept:
     }
 }
 
-/// Whether an interval has at most one root of the slope, judged from its ends: the slope changes in the same direction
-/// at both and about as fast, or is too steep to return, or is rounding. Never if the interval is as wide as the
-/// distance of the circle from the axis.
+/// An end of an interval of angles: the angle, the slope there, its derivative, and its rounding error.
+pub(super) type End = [f64; 4];
+
+/// Whether a slope is rounding at both ends of an interval; and whether it has at most one root between them, judged
+/// from there: it changes in the same direction at both and about as fast, or is too steep to return.
+pub(super) fn roots_between([low, high]: [End; 2]) -> (bool, bool) {
+    let [[from, low, low_bend, low_rounding], [to, high, high_bend, high_rounding]] = [low, high];
+    let bends = (low_bend.abs().min(high_bend.abs()), low_bend.abs().max(high_bend.abs()));
+    let monotone = low_bend * high_bend > 0.0 && bends.1 < MONOTONE * bends.0;
+    let steep = low * high > 0.0 && low.abs().min(high.abs()) > (to - from) * bends.1;
+    (low.abs() <= low_rounding && high.abs() <= high_rounding, monotone || steep)
+}
+
+/// Whether an interval has at most one root of the slope. Never if the interval is as wide as the distance of the circle
+/// from the axis.
 fn is_resolved(low: &Sample, high: &Sample, arc: f64) -> bool {
-    let turn = high.angle - low.angle;
-    let bends = (low.curvature.abs().min(high.curvature.abs()), low.curvature.abs().max(high.curvature.abs()));
-    let swing = turn * (low.rho1.abs().max(high.rho1.abs()) + arc);
+    let swing = (high.angle - low.angle) * (low.rho1.abs().max(high.rho1.abs()) + arc);
     let smooth = low.rho.min(high.rho) >= swing;
-    let monotone = low.curvature * high.curvature > 0.0 && bends.1 < MONOTONE * bends.0;
-    let steep = low.slope * high.slope > 0.0 && low.slope.abs().min(high.slope.abs()) > turn * bends.1;
-    let flat = low.slope.abs() <= low.rounding && high.slope.abs() <= high.rounding;
-    flat || smooth && (monotone || steep)
+    let (flat, once) = roots_between([low, high].map(|of| [of.angle, of.slope, of.curvature, of.rounding]));
+    flat || smooth && once
 }
 
 /// The root of the slope in a bracket, by Newton's method, or by halving if Newton leaves the bracket.

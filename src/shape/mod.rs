@@ -275,7 +275,8 @@ impl Shape {
     /// (1922); F. P. Bretherton, J. Fluid Mech. 14, 284 (1962)).
     ///
     /// For an ellipsoid they are exact, `(b^2 - c^2) / (b^2 + c^2)` about x; a spherocylinder has the limit of a thin
-    /// rod, as if it were endlessly long, and a ring that of a thin disc. `None` for a superellipsoid and a shape of one's own.
+    /// rod, as if it were endlessly long, and a ring that of a thin disc. `None` for a superellipsoid and a shape of
+    /// one's own.
     pub fn bretherton(&self) -> Option<DVec3> {
         match *self {
             Shape::Sphere { .. } => Some(DVec3::ZERO),

@@ -217,8 +217,9 @@ impl Norm {
 
     /// The Hessian of the support function across the unit vector `n` in a tangent basis, as (11, 12, 22).
     ///
-    /// With `s` the norm of x and y, `N(s, w)` has the second derivatives `(m - 1) / N` times `r_s^(m - 2) r_w^m`, `-(r_s
-    /// r_w)^(m - 1)` and `r_w^(m - 2) r_s^m`; that of `s` in x and y likewise, times the derivative `r_s^(m - 1)` of `N`.
+    /// With `s` the norm of x and y, `N(s, w)` has the second derivatives `(m - 1) / N` times `r_s^(m - 2) r_w^m`,
+    /// `-(r_s r_w)^(m - 1)` and `r_w^(m - 2) r_s^m`; that of `s` in x and y likewise, times the derivative
+    /// `r_s^(m - 1)` of `N`.
     #[inline]
     pub fn hessian(&self, n: DVec3, (e1, e2): (DVec3, DVec3)) -> (f64, f64, f64) {
         let Parts { height, q: [qx, qy], r: [across, along] } = self.parts(n);

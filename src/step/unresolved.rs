@@ -101,7 +101,7 @@ impl Unresolved {
             }
             // Balls that touch and turn about the point where they touch overlap at once.
             "overlap" if self.has_rigid_bonds => {
-                "use a smaller time.dt; bodies that a bond or a joint joins need room to turn, or its \"contact\": false"
+                "use a smaller time.dt; joined bodies need room to turn, or \"contact\": false in their bond or joint"
             }
             _ => "use a smaller time.dt",
         }

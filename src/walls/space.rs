@@ -17,7 +17,8 @@ impl Walls {
     /// ```
     /// use relcp::periodic::Periods;
     /// use relcp::walls::{Wall, Walls};
-    /// let channel = Wall::Channel { center: [0.0; 3], normal: [0.0, 1.0, 0.0], width: 2.0, motion: None, friction: None };
+    /// let (center, normal) = ([0.0; 3], [0.0, 1.0, 0.0]);
+    /// let channel = Wall::Channel { center, normal, width: 2.0, motion: None, friction: None };
     /// let periods = Periods::new([Some(9.0), None, None]);
     /// let area = Walls::new(&[channel], true).space(&periods, Some(0.0)).unwrap();
     /// assert!((area - 18.0).abs() < 1e-12);

@@ -102,8 +102,8 @@ pub struct Arguments {
     /// With --random, --confined or --pressed: scenes get friction, and some restitution
     #[arg(long, requires = "drawn")]
     pub friction: bool,
-    /// With --random, --confined or --pressed: scenes get fields, walls under a load, drag of real bodies, regions, fences
-    /// or removal
+    /// With --random, --confined or --pressed: scenes get fields, walls under a load, drag of real bodies, regions,
+    /// fences or removal
     #[arg(long, requires = "drawn")]
     pub keys: bool,
     /// For hard: run this number of growth chambers drawn from --seed, each until it overflows, instead of the cases
