@@ -106,6 +106,9 @@ pub struct Arguments {
     /// fences or removal
     #[arg(long, requires = "drawn")]
     pub keys: bool,
+    /// With --random, --confined or --pressed: the number of the first scene, from 0; the others follow it
+    #[arg(long, value_name = "NUMBER", requires = "drawn", default_value_t = 0)]
+    pub first: u64,
     /// For hard: run this number of growth chambers drawn from --seed, each until it overflows, instead of the cases
     #[arg(long, value_name = "N", conflicts_with_all = ["random", "confined", "pressed", "lines"])]
     pub chambers: Option<u64>,

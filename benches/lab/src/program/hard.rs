@@ -71,7 +71,7 @@ fn drawn(arguments: &Arguments) -> Result<Found, LabError> {
     // Before the first run, so that an unwritable folder is reported at once.
     write_all(&arguments.out, [])?;
     let counts = [arguments.random, arguments.confined, arguments.pressed];
-    let tickets = Ticket::of(counts.map(|count| count.unwrap_or(0)));
+    let tickets = Ticket::of(counts.map(|count| count.unwrap_or(0)), arguments.first);
     let faults = Faults::default();
     let rows = random::run_all(&tickets, &options, &|row| {
         say_row(arguments, row);
@@ -81,12 +81,26 @@ fn drawn(arguments: &Arguments) -> Result<Found, LabError> {
         }
     })?;
     faults.first()?;
-    let text = random::page(&rows, arguments.seed, &computed_by);
+    let text = random::page(&rows, arguments.seed, &more_flags(arguments), &computed_by);
     let numbers = json!({ "computed_by": computed_by, "seed": arguments.seed, "rows": value(&rows)? });
     let (json, table) = (pretty(&numbers)?, random::csv(&rows)?);
     let files: [(&str, &[u8]); 3] = [("drawn.md", text.as_bytes()), ("drawn.json", &json), ("drawn.csv", &table)];
     write_all(&arguments.out, files)?;
     Ok(Found { text, numbers, missed: rows.iter().any(|row| row.verdict == Verdict::Fails), interrupted: false })
+}
+
+/// The flags that draw these scenes again, beside their numbers.
+fn more_flags(arguments: &Arguments) -> String {
+    let mut flags = format!("--seed {}", arguments.seed);
+    if arguments.first > 0 {
+        flags.push_str(&format!(" --first {}", arguments.first));
+    }
+    for (given, flag) in
+        [(arguments.friction, " --friction"), (arguments.keys, " --keys"), (arguments.quick, " --quick")]
+    {
+        flags.push_str(if given { flag } else { "" });
+    }
+    flags
 }
 
 fn say_row(arguments: &Arguments, row: &Row) {

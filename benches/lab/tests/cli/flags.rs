@@ -7,6 +7,7 @@ use super::{compute, threads};
 use relcp::Scene;
 use serde_json::Value;
 use std::collections::BTreeSet;
+use std::fs;
 use std::io::Write;
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
@@ -27,6 +28,8 @@ const CASES: &[Case] = &[
     ("--confined", confined),
     ("--pressed", pressed),
     ("--friction", friction),
+    ("--keys", keys),
+    ("--first", first),
     ("--chambers", chambers),
     ("--stall", stall),
     ("--lines", lines),
@@ -247,19 +250,40 @@ fn pressed(place: &Place) {
     assert!(matches!(names(&rows)[..], [_, name] if name.starts_with("pressed-1")), "{rows}");
 }
 
+/// What drawn scenes are, for people.
+fn what(place: &Place, more: &str) -> Vec<String> {
+    let (rows, _) = study(place, &format!("hard --random 2 --quick{more}"));
+    let rows = rows["rows"].as_array().unwrap().clone();
+    rows.iter().map(|row| row["what"].as_str().unwrap().to_owned()).collect()
+}
+
 /// The scenes say their coefficient. They are those that are drawn without it.
 fn friction(place: &Place) {
-    let what = |more: &str| {
-        let (rows, _) = study(place, &format!("hard --random 2 --quick{more}"));
-        let rows = rows["rows"].as_array().unwrap().clone();
-        rows.iter().map(|row| row["what"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
-    };
-    let (plain, rough) = (what(""), what(" --friction"));
-    for (plain, rough) in plain.iter().zip(&rough) {
+    for (plain, rough) in what(place, "").iter().zip(&what(place, " --friction")) {
         assert!(rough.starts_with(plain.as_str()) && rough.contains(", friction ") && !plain.contains("friction"));
     }
     ran(place, &["--friction"]).expect(2);
     place.lab(&["hard", "--friction"]).expect(2);
+}
+
+/// The scenes say their keys. They are those that are drawn without them.
+fn keys(place: &Place) {
+    for (plain, keyed) in what(place, "").iter().zip(&what(place, " --keys")) {
+        let more = keyed.strip_prefix(plain.as_str()).and_then(|more| more.strip_prefix(", with "));
+        assert!(more.is_some_and(|more| !more.is_empty()), "{plain} | {keyed}");
+    }
+    place.lab(&["hard", "--keys"]).expect(2);
+}
+
+/// A scene is the same whatever is drawn before it, and the page draws it again.
+fn first(place: &Place) {
+    let (later, out) = study(place, "hard --random 1 --quick --first 1");
+    assert_eq!(names(&later), ["random-1-1"]);
+    let both = study(place, "hard --random 2 --quick").0;
+    assert_eq!(later["rows"][0], both["rows"][1]);
+    let page = fs::read_to_string(place.at(&out).join("drawn.md")).unwrap();
+    assert!(page.contains("hard --random 1 --seed 1 --first 1 --quick`"), "{page}");
+    place.lab(&["hard", "--first", "1"]).expect(2);
 }
 
 fn chambers(place: &Place) {

@@ -9,8 +9,8 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The page of some scenes of a seed, computed by what `computed_by` names.
-pub fn page(rows: &[Row], seed: u64, computed_by: &str) -> String {
+/// The page of some scenes of a seed, computed by what `computed_by` names. With `flags` the program draws them again.
+pub fn page(rows: &[Row], seed: u64, flags: &str, computed_by: &str) -> String {
     let mut out = format!(
         "# Drawn scenes\n\n\
          Scenes that seed {seed} draws, of every shape, law, force, wall and start that the program has. After every step the overlaps of bodies with each other and with walls are \
@@ -24,12 +24,12 @@ pub fn page(rows: &[Row], seed: u64, computed_by: &str) -> String {
     );
     for from in [From::Random, From::Confined, From::Pressed] {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.from == from).collect();
-        write_group(&mut out, from, &rows);
+        write_group(&mut out, from, flags, &rows);
     }
     out
 }
 
-fn write_group(out: &mut String, from: From, rows: &[&Row]) {
+fn write_group(out: &mut String, from: From, flags: &str, rows: &[&Row]) {
     if rows.is_empty() {
         return;
     }
@@ -42,7 +42,7 @@ fn write_group(out: &mut String, from: From, rows: &[&Row]) {
     let steps: u64 = rows.iter().map(|row| row.figures.steps).sum();
     let _ = write!(
         out,
-        "\n## {title}\n\n{} scenes, {steps} steps: {} hold, {} are reported, {} fail. Made by `cargo run --release -p relcp-lab -- hard --{again} {}`.\n",
+        "\n## {title}\n\n{} scenes, {steps} steps: {} hold, {} are reported, {} fail. Made by `cargo run --release -p relcp-lab -- hard --{again} {} {flags}`.\n",
         rows.len(),
         count(Verdict::Holds),
         count(Verdict::Reported),

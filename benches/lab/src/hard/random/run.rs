@@ -99,10 +99,12 @@ pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Syn
 }
 
 impl Ticket {
-    /// Returns the tickets of the given numbers of scenes of each kind, in the order of [`From`].
-    pub fn of([random, confined, pressed]: [u64; 3]) -> Vec<Ticket> {
+    /// Returns the tickets of the given numbers of scenes of each kind, in the order of [`From`]. Each kind begins with
+    /// the scene number `first`.
+    pub fn of([random, confined, pressed]: [u64; 3], first: u64) -> Vec<Ticket> {
         let counts = [(From::Random, random), (From::Confined, confined), (From::Pressed, pressed)];
-        counts.into_iter().flat_map(|(from, count)| (0..count).map(move |number| Ticket { from, number })).collect()
+        let numbers = |count: u64| first..first.saturating_add(count);
+        counts.into_iter().flat_map(|(from, count)| numbers(count).map(move |number| Ticket { from, number })).collect()
     }
 
     fn draw(self, seed: u64) -> Result<Drawn, SceneError> {

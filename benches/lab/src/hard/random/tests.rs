@@ -114,7 +114,7 @@ fn everything_that_a_scene_may_have_is_drawn() {
 
 #[test]
 fn drawn_scenes_get_the_same_rows_on_any_number_of_threads_and_none_fails() {
-    let tickets = Ticket::of([25, 4, 0]);
+    let tickets = Ticket::of([25, 4, 0], 0);
     let options =
         |threads: usize| Options { seed: 1, threads, most_steps: 12, rough: false, keys: false, compute: Compute::Cpu };
     let rows = run_all(&tickets, &options(2), &|_| ()).unwrap();
@@ -127,14 +127,14 @@ fn drawn_scenes_get_the_same_rows_on_any_number_of_threads_and_none_fails() {
         assert_eq!(row.why.is_empty(), row.verdict == Verdict::Holds);
         assert_eq!(row.scene.is_some(), row.verdict != Verdict::Holds, "{}", row.name);
     }
-    let page = page(&rows, 1, "CPU f64");
+    let page = page(&rows, 1, "--seed 1", "CPU f64");
     assert!(page.contains("25 scenes, ") && page.contains("4 scenes, "), "{page}");
     assert_eq!(String::from_utf8(csv(&rows).unwrap()).unwrap().lines().count(), 1 + rows.len());
 }
 
 #[test]
 fn pressed_bodies_get_the_same_rows_on_any_number_of_threads() {
-    let tickets = Ticket::of([0, 0, 12]);
+    let tickets = Ticket::of([0, 0, 12], 0);
     let options =
         |threads: usize| Options { seed: 1, threads, most_steps: 8, rough: false, keys: false, compute: Compute::Cpu };
     let rows = run_all(&tickets, &options(2), &|_| ()).unwrap();
@@ -142,7 +142,7 @@ fn pressed_bodies_get_the_same_rows_on_any_number_of_threads() {
     assert!(rows.iter().all(|row| row.from == From::Pressed && row.name.starts_with("pressed-1-")), "{rows:?}");
     let jumps = |row: &Row| row.measures.iter().any(|measure| measure.what.starts_with("move of"));
     assert!(rows.iter().all(jumps), "{rows:?}");
-    assert!(page(&rows, 1, "CPU f64").contains("## Pressed bodies\n\n12 scenes, "));
+    assert!(page(&rows, 1, "--seed 1", "CPU f64").contains("## Pressed bodies\n\n12 scenes, "));
 }
 
 #[test]
