@@ -59,7 +59,8 @@ class Relcp:
             "name": "friction",
             "dynamics": {"inertial": {"density": DENSITY}},
             "time": {"dt": dt, "end": case["end"]},
-            "contact": {"friction": case["mu"], **settings},
+            "contact": {"friction": case["mu"], **settings.get("contact", {})},
+            "solver": settings.get("solver", {}),
             "forces": [{"gravity": {"acceleration": case["gravity"]}}],
             "walls": [{"half_space": {"normal": p[:3], "offset": p[3]}} for p in case["planes"]],
             "bodies": [
@@ -270,7 +271,11 @@ class Rapier:
 
 # Each engine's default, and what was found best for friction.
 SETTINGS = {
-    "relcp": {"default": {}},
+    "relcp": {
+        "default": {},
+        # The overlap of Rapier's heap, the least of the engines.
+        "as much overlap as Rapier": {"contact": {"overlap_tolerance": 0.032}, "solver": {"tolerance": 1e-4}},
+    },
     "Rapier 0.36": {
         "default": {},
         "16 iterations, stiff": {"iterations": 16, "frequency": 300, "damping_ratio": 5},
