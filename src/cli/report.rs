@@ -41,9 +41,6 @@ pub(super) fn print(out: &mut dyn Write, folder: &Path, page: Option<&Path>, s: 
     if let Some(proxy) = s.proxy_max_overlap {
         writeln!(out, "  sub-spheres {} overlap at most", few(proxy))?;
     }
-    if s.start_max_overlap > allowed {
-        writeln!(out, "  the scene itself starts with an overlap of {}", few(s.start_max_overlap))?;
-    }
     s.warnings.iter().try_for_each(|warning| writeln!(out, "  warning: {warning}"))?;
     misses(out, s)?;
     let wall = &s.wall_seconds;
@@ -119,7 +116,11 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     }
     if let Some(friction) = s.friction.filter(|friction| friction.held_solves > 0) {
         let (count, gap) = (counted(friction.held_solves, "solve", "solves"), few(friction.largest_gap));
-        writeln!(out, "  {count} did not meet the law of friction: gaps of what slides are up to {gap}")?;
+        let allowed = few(friction.elastic_slip.max(s.overlap_tolerance));
+        writeln!(
+            out,
+            "  {count} did not meet the law of friction: gaps of what slides are up to {gap} of {allowed} allowed"
+        )?;
     }
     retried(out, s)
 }

@@ -8,7 +8,7 @@ use super::progress::Progress;
 use super::{compiling, compute, driver, live, output, placing, report, resume, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, RecordError};
-use relcp::run::{Branch, Run, RunError, RunStatus, Summary};
+use relcp::run::{Branch, Run, RunError, RunStatus, Summary, start_warning};
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::Fault;
@@ -70,7 +70,7 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     if let Some(gpu) = run.simulation().device().filter(|_| arguments.profile) {
         gpu.start_timing();
     }
-    output::warn(&run.simulation().scene().warnings());
+    output::warn(&warnings(&run)?);
     let first = run.simulation().steps();
     let mut progress = Progress::new(&run, arguments.print.quiet);
     if let Some(every) = arguments.checkpoint_every {
@@ -145,6 +145,14 @@ fn go_on(
         }
     }
     Ok(None)
+}
+
+/// Warnings about the scene, and about overlaps where the run begins with it.
+fn warnings(run: &Run) -> Result<Vec<String>, CliError> {
+    let (simulation, scene) = (run.simulation(), run.simulation().scene());
+    let overlaps = simulation.steps() == 0 && run.totals().start_max_overlap > scene.contact.overlap_tolerance;
+    let start = if overlaps { start_warning(scene, &simulation.state().map_err(RunError::from)?.bodies) } else { None };
+    Ok(scene.warnings().into_iter().chain(start).collect())
 }
 
 fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> {

@@ -3,6 +3,7 @@
 use super::arguments::{Check, Scenes, Schema};
 use super::exit::{CliError, Exit};
 use super::output;
+use relcp::run::start_warning;
 use relcp::{Scene, batch, scene};
 use serde_json::json;
 
@@ -24,7 +25,8 @@ pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {
 pub(super) fn check(arguments: &Check) -> Result<Exit, CliError> {
     let scene = Scene::load(&arguments.scene, &arguments.sets)?;
     let bodies = scene.build()?;
-    let (name, count, steps, warnings) = (&scene.name, bodies.len(), scene.time.steps(), scene.warnings());
+    let (name, count, steps) = (&scene.name, bodies.len(), scene.time.steps());
+    let warnings: Vec<String> = scene.warnings().into_iter().chain(start_warning(&scene, &bodies)).collect();
     if arguments.print.json {
         let document =
             json!({"valid": true, "name": name, "bodies": count, "steps": steps, "warnings": warnings, "scene": scene});

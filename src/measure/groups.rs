@@ -8,13 +8,20 @@ use super::{About, Column, Found, LeftOut, Marks, Measure, Profile, View, cell, 
 use crate::bodies::NO_GROUP;
 use std::collections::BTreeMap;
 
-const COLUMNS: [Column; 5] = [
+const COLUMNS: [Column; 5 + NAMED] = [
     Column { name: "groups", what: "groups that have a body; bodies without a group are one" },
     Column { name: "group_largest", what: "bodies of the largest group" },
     Column { name: "group_smallest", what: "bodies of the smallest group" },
     Column { name: "group_largest_share", what: "part of all bodies that the largest group is" },
     Column { name: "group_diversity", what: "probability that two bodies are of different groups (Simpson)" },
+    Column { name: "group_1", what: "bodies of the scene's first group; none without it" },
+    Column { name: "group_2", what: "likewise, of the second" },
+    Column { name: "group_3", what: "likewise, of the third" },
+    Column { name: "group_4", what: "likewise, of the fourth" },
 ];
+
+/// The groups with a column of their own: two strains and their controls. The profile has all.
+const NAMED: usize = 4;
 
 const PROFILE: [Column; 5] = [
     Column { name: "group", what: "the group's number in the scene's order, from 1; 0 is of bodies without one" },
@@ -53,7 +60,11 @@ impl Measure for Groups {
             line: "numbers and lengths of bodies by group",
             columns: &COLUMNS,
             profile: Some(Profile { columns: &PROFILE, drawn: 1, counts: None, marks: Marks::Kinds }),
-            plots: &[&["group_largest", "group_smallest"], &["group_diversity"]],
+            plots: &[
+                &["group_1", "group_2", "group_3", "group_4"],
+                &["group_largest", "group_smallest"],
+                &["group_diversity"],
+            ],
         }
     }
 
@@ -70,6 +81,11 @@ impl Measure for Groups {
             let own = lengths.entry(number(*group)).or_default();
             *own = (own.0 + length, own.1 + 1);
         }
+        let known = sizes.keys().max().map_or(0, |last| *last as usize).max(view.frame.group_names.len());
+        let own = (1..=NAMED).map(|group| {
+            let bodies = sizes.get(&(group as u32)).copied().unwrap_or(0);
+            (group <= known).then(|| count(bodies)).flatten()
+        });
         let row = |(group, n): (&u32, &usize)| {
             let length = lengths.get(group);
             let mean = length.and_then(|(sum, rods)| cell(sum / *rods as f64));
@@ -77,13 +93,16 @@ impl Measure for Groups {
             vec![cell(f64::from(*group)), count(*n), cell(*n as f64 / all), sum, mean]
         };
         Ok(Found {
-            values: vec![
+            values: [
                 count(sizes.len()),
                 count(*largest),
                 count(*smallest),
                 cell(*largest as f64 / all),
                 alike(&sizes).map(|alike| 1.0 - alike),
-            ],
+            ]
+            .into_iter()
+            .chain(own)
+            .collect(),
             rows: sizes.iter().map(row).collect(),
             remark: None,
         })

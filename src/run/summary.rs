@@ -250,7 +250,7 @@ impl Summary {
             stopped_by: simulation.stopped_by(),
             reason: stopped.map(Fault::name).or_else(missed).map(str::to_owned),
             message: stopped.map(Fault::to_string),
-            warnings: way::warnings(scene, totals.farthest_way, totals.largest_friction_gap),
+            warnings: way::warnings(scene, totals),
             method: method_name(scene.contact.method),
             stepping: scene.time.stepping,
             backend: simulation.machine(),

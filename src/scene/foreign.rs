@@ -94,6 +94,9 @@ const ABSENT: &[(&[&str], &str)] = &[
     (&["units", "unit"], "a scene has no units: choose your own, the same for all numbers"),
 ];
 
+/// The sizes of shapes.
+const SIZES: [&str; 6] = ["radius", "radii", "diameter", "length", "size", "exponents"];
+
 /// The hint for an unknown word among these allowed keys; none if no other program has the word.
 pub(super) fn hint(word: &str, known: &[&str]) -> Option<String> {
     let word = word.to_lowercase().replace(['-', ' '], "_");
@@ -104,6 +107,9 @@ pub(super) fn hint(word: &str, known: &[&str]) -> Option<String> {
     }
     if let Some((_, why)) = ABSENT.iter().find(|(words, _)| has(words)) {
         return Some((*why).into());
+    }
+    if known.contains(&"shape") && SIZES.contains(&word.as_str()) {
+        return Some("sizes are inside of the shape: \"shape\": {\"sphere\": {\"radius\": 0.5}}".into());
     }
     PLACES.iter().find(|(words, _)| has(words)).map(|(_, place)| format!("a scene has it as {place}"))
 }
@@ -129,5 +135,7 @@ mod tests {
         }
         assert_eq!(hint("cube", &["box", "sphere"]).unwrap(), "it is called `box` here");
         assert_eq!(hint("qwerty", &shapes), None);
+        assert!(hint("radius", &["shape", "position"]).unwrap().contains("inside of the shape"));
+        assert_eq!(hint("radius", &["diameter", "length"]), None);
     }
 }

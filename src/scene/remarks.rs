@@ -17,6 +17,11 @@ const LARGEST_STRAIN: f64 = 0.05;
 /// Two rules with boxes about one centre whose sides differ by more than this part give a warning: their bodies are not
 /// mixed.
 const UNMIXED: f64 = 0.1;
+/// A bond in heat whose stretch has a variance that differs from `kT / k` by more than this part gives a warning. It is
+/// 0.11 in `filament`.
+const WRONG_VARIANCE: f64 = 0.2;
+/// The proposed time step leaves this part.
+const RIGHT_VARIANCE: f64 = 0.02;
 
 impl Scene {
     /// Warnings about settings that are allowed but seldom intended.
@@ -37,6 +42,7 @@ impl Scene {
             self.hot_step(),
             self.large_strain(),
             self.cold_crowd(),
+            self.stiff_hot_bond(),
             self.unmixed(),
         ];
         remarks.into_iter().flatten().collect()
@@ -97,6 +103,31 @@ impl Scene {
             "thermal with inertia: contact takes energy, so that bodies that meet are colder than thermal.temperature \
              (docs/motion.md)"
                 .into()
+        })
+    }
+
+    /// A warning if a bond's stretch in heat has the wrong variance, under the overdamped law. A step that takes back
+    /// the part `a` of the stretch `s` leaves `s (1 - a)` and heat where the bond is explicit, `(s + heat) / (1 + a)`
+    /// where it is implicit, so that the variance is `kT / k` over `1 - a / 2` or `1 + a / 2` (of two bodies alone).
+    fn stiff_hot_bond(&self) -> Option<String> {
+        if self.thermal.is_none() || self.dynamics.has_inertia() {
+            return None;
+        }
+        let bond = self.stiffest_bond().filter(|bond| bond.part.is_finite())?;
+        let over = if bond.is_implicit { 1.0 + 0.5 * bond.part } else { 1.0 - 0.5 * bond.part };
+        let is_right = over > 0.0 && (1.0 / over - 1.0).abs() <= WRONG_VARIANCE;
+        (!is_right).then(|| {
+            let (kind, variance) = match bond.is_implicit {
+                true => ("implicit", few(1.0 / over)),
+                false if over > 0.0 => ("explicit", few(1.0 / over)),
+                false => ("explicit", "many".into()),
+            };
+            format!(
+                "thermal with stiff bonds: in steps of time.dt the stretch of {}, which is {kind}, has {variance} times its variance kT / k in heat; with a time.dt of {} it is right to {} %",
+                bond.key,
+                significant(2.0 * RIGHT_VARIANCE * self.time.dt / bond.part, 1),
+                few(100.0 * RIGHT_VARIANCE)
+            )
         })
     }
 
@@ -170,6 +201,28 @@ mod tests {
         assert!(scene.warnings()[0].starts_with("time.dt is too long: bonds.0 moves a body by"));
         scene.bodies.iter_mut().for_each(|body| body.fixed = true);
         assert_eq!(scene.warnings(), [""; 0]);
+    }
+
+    /// Two free balls of the resistance 1 (`drag` of the default law): a stretch of rate `2 k`.
+    #[test]
+    fn bonds_whose_length_in_heat_is_wrong_are_remarked_on() {
+        let mut scene = balls(2);
+        scene.bonds.push(Bond { length: 1.5, ..Bond::new([0, 1], [[0.0; 3]; 2], 1.0) });
+        let part = |scene: &Scene| scene.stiffest_bond().unwrap().part;
+        let first = part(&scene);
+        let with = |wanted: f64, implicit: bool| {
+            let mut scene = scene.clone();
+            scene.thermal = Some(Thermal::new(1e-6));
+            scene.bonds[0].stiffness = wanted / first;
+            scene.bonds[0].implicit = Some(implicit);
+            scene.warnings()
+        };
+        assert_eq!((with(0.3, false), with(0.45, true)), (Vec::new(), Vec::new()));
+        assert!(with(1.0, false)[0].contains("bonds.0, which is explicit, has 2 times"), "{:?}", with(1.0, false));
+        assert!(with(2.0, true)[0].contains("bonds.0, which is implicit, has 0.5 times"), "{:?}", with(2.0, true));
+        // A fixed body yields nothing.
+        scene.bodies[0].fixed = true;
+        assert!((part(&scene) / first - 0.5).abs() < 1e-12);
     }
 
     #[test]

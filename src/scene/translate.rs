@@ -106,6 +106,9 @@ fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> 
     }
 }
 
+/// What follows where a number is a text: it may have a unit.
+const UNITS: &str = "; write the number alone, in units of your own, the same for the whole scene";
+
 /// serde's message, with its names of types in a user's terms.
 fn plain(words: &str) -> String {
     let (found, wanted) = words.split_once(", expected ").unwrap_or((words, ""));
@@ -127,7 +130,8 @@ fn plain(words: &str) -> String {
         return format!("is refused: {found}");
     }
     let wanted = wanted.replace("an array of length", "a list of length");
-    format!("expected {wanted}, found {}", in_words(found, &wanted))
+    let units = if wanted == "a number" && found.starts_with("string") { UNITS } else { "" };
+    format!("expected {wanted}, found {}{units}", in_words(found, &wanted))
 }
 
 /// The value that was found, in a user's terms.

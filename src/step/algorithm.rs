@@ -65,6 +65,8 @@ pub struct Plan {
     pub(super) most_tightenings: u32,
     /// Whether bonds or joints keep a length or an angle exactly.
     pub(super) has_rigid_bonds: bool,
+    /// Whether walls move or bear a load.
+    pub(super) may_squeeze: bool,
     /// Whether the least bad trial of an attempt is kept.
     pub(super) keeps_least_bad: bool,
     /// Whether the scene may ask that steps that do not hold are accepted.
@@ -89,6 +91,7 @@ impl Plan {
             friction_gap: model.contact.overlap_tolerance.max(model.friction.elastic_slip),
             most_tightenings: most_tightenings(model),
             has_rigid_bonds: model.bonds.keep_something(),
+            may_squeeze: model.walls.move_in_time(),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
             may_accept_the_least_bad: model.friction.is_none() && model.bonds.first_implicit().is_none(),
         }

@@ -140,3 +140,12 @@ pub(crate) fn max_overlap_but(fixed: &Fixed, bodies: &Bodies, walls: &Walls) -> 
     let counts = |contact: &&Contact| !contact.bodies.iter().all(held);
     contacts(bodies, 0.0).iter().filter(counts).map(|contact| -contact.separation).fold(past_walls, deeper)
 }
+
+/// The pair of bodies that overlaps most, and by how much; none where no pair does. Not of two fixed bodies.
+pub(crate) fn deepest_pair_but(fixed: &Fixed, bodies: &Bodies) -> Option<([usize; 2], f64)> {
+    let held = |i: &usize| fixed.holds(bodies.lineage[*i].id, bodies.group[*i]);
+    let pairs = contacts(bodies, 0.0).into_iter().filter(|contact| !contact.bodies.iter().all(held));
+    let overlaps = pairs.map(|contact| (contact.bodies, -contact.separation)).filter(|(_, overlap)| *overlap > 0.0);
+    // The first of equal ones.
+    overlaps.reduce(|deepest, next| if next.1 > deepest.1 { next } else { deepest })
+}

@@ -78,6 +78,8 @@ pub struct Unresolved {
     pub may_be_accepted: bool,
     /// Whether the scene has bonds or joints that keep a length or an angle exactly.
     pub has_rigid_bonds: bool,
+    /// Whether walls move or bear a load: they may leave no room.
+    pub may_be_squeezed: bool,
 }
 
 impl Unresolved {
@@ -95,6 +97,10 @@ impl Unresolved {
             "locked" => {
                 "use a smaller contact.friction; cells that lock wait with growth.stress_sensitivity or \
                  growth.on_no_room = \"stall\""
+            }
+            "overlap" if self.may_be_squeezed => {
+                "where the walls leave the bodies no room, they are jammed: end the motion earlier, or push with a load; \
+                 else use a smaller time.dt"
             }
             _ if self.may_be_accepted => {
                 "use a smaller time.dt, or accept and count such steps with contact.on_failure = \"continue\""
@@ -181,7 +187,15 @@ mod tests {
             tolerance,
             may_be_accepted: true,
             has_rigid_bonds: false,
+            may_be_squeezed: false,
         }
+    }
+
+    #[test]
+    fn bodies_that_closing_walls_jam_get_a_remedy() {
+        let jammed = Unresolved { may_be_squeezed: true, ..unresolved(Some([4, 7]), None) };
+        assert!(jammed.remedy().contains("are jammed"));
+        assert!(!Unresolved { passed: true, ..jammed }.remedy().contains("jammed"));
     }
 
     #[test]

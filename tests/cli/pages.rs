@@ -60,6 +60,17 @@ fn readme_has_two_commands_and_the_first_does_what_it_says() {
     the_guide_shows(&out);
 }
 
+#[test]
+fn readme_has_a_first_scene_that_runs() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let place = Place::new();
+    fs::write(place.at("first.json"), code(&readme, "json").join("\n")).unwrap();
+    let out = place.relcp(&["run", "first.json"]).expect(0);
+    assert!(!out.err.contains("warning"), "{out:?}");
+    assert!(place.json("runs/first/summary.json")["bodies"].as_u64() > Some(10));
+    assert!(place.at("runs/first/final.png").is_file() && readme.contains("`runs/first`"));
+}
+
 /// The guide's first sample is what this command prints, but for its times. Counts may differ by a fifth: where a
 /// processor rounds otherwise the colony takes another course, as it does with another seed.
 fn the_guide_shows(out: &str) {

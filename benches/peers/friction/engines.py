@@ -274,7 +274,10 @@ SETTINGS = {
     "relcp": {
         "default": {},
         # The overlap of Rapier's heap, the least of the engines.
-        "as much overlap as Rapier": {"contact": {"overlap_tolerance": 0.032}, "solver": {"tolerance": 1e-4}},
+        "as much overlap as Rapier": {
+            "contact": {"overlap_tolerance": 0.032, "elastic_slip": 0.001},
+            "solver": {"tolerance": 0.03},
+        },
     },
     "Rapier 0.36": {
         "default": {},

@@ -69,6 +69,14 @@ impl Anchors {
     }
 }
 
+/// A bond, by how much of its stretch it takes back in a step.
+pub(in crate::scene) struct StiffestBond {
+    pub(in crate::scene) key: String,
+    /// The part of its stretch.
+    pub(in crate::scene) part: f64,
+    pub(in crate::scene) is_implicit: bool,
+}
+
 /// One more than the largest number of a body that a bond holds.
 fn held(bonds: &[Bond]) -> usize {
     bonds.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1))
@@ -174,6 +182,24 @@ impl Scene {
         self.all_bonds().iter().any(open)
             && self.refuses_cones().is_none()
             && self.unstable_bonds(Bond::may_be_explicit).is_some()
+    }
+
+    /// The bond that takes back the largest part `dt k (m_a + m_b)` of its stretch in a step of the overdamped law, `m`
+    /// being the mobilities of its bodies; with this part, and whether it is implicit. Not of bonds that are rigid.
+    pub(in crate::scene) fn stiffest_bond(&self) -> Option<StiffestBond> {
+        let (all, bonds, roster) = (self.all_bonds(), self.bonds(), self.roster());
+        let anchors = self.anchors(held(&all));
+        let yields = |body: usize| {
+            let Bonded { shape, group, .. } = roster.body(body)?;
+            let fixed = anchors.hold(body, *group);
+            Some(if fixed { 0.0 } else { self.dynamics.yields(shape, self.time.dt).0 })
+        };
+        let open = all.iter().enumerate().filter(|(_, bond)| !bond.is_rigid());
+        let parts = open
+            .filter_map(|(i, bond)| Some((i, bond.stiffness * (yields(bond.bodies[0])? + yields(bond.bodies[1])?))));
+        let (bond, part) = parts.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let key = self.bond_key(&Key::ROOT.field("bonds"), bond);
+        Some(StiffestBond { key, part, is_implicit: bonds.is_implicit(bond) })
     }
 
     /// Which of the first so many bodies are fixed.
