@@ -18,7 +18,7 @@ fn main(
     let p = invocation(group, groups, local);
     if p >= parameters.pairs || u32(contacts[3u * p + 2u].w) < parameters.threshold { return; }
     let row = row_start[p + 1u] - 1u;
-    let contact = contacts[3u * p];
+    let contact = over_corrected(contacts[3u * p]);
     append(row, pairs[p], contact, contacts[3u * p + 1u].xyz, contacts[3u * p + 2u].xyz);
     gamma[row] = select(real(0.0), contacts[3u * p + 1u].w, parameters.warm != 0u);
 }

@@ -20,7 +20,8 @@ fn main(
     for (var row = row_start[p]; row < row_start[p + 1u]; row += 1u) {
         let made = u32(staged[3u * row + 2u].w);
         if made == 0u { continue; }
-        append(row, pairs[p], staged[3u * row], staged[3u * row + 1u].xyz, staged[3u * row + 2u].xyz);
+        let contact = over_corrected(staged[3u * row]);
+        append(row, pairs[p], contact, staged[3u * row + 1u].xyz, staged[3u * row + 2u].xyz);
         features[row] = (made - 1u) | select(0u, FIRST_ROW, parameters.first > 0u);
     }
 }

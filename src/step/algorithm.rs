@@ -5,6 +5,7 @@
 //! it, and no body went through another. One that does not hold is never accepted: [`retry`] takes the step again.
 
 use super::accuracy::Accuracy;
+use super::surplus::{self, LEAST_ROWS};
 use super::two_sided::{Caught, GAP, MOST_TILTS, Sides};
 use super::{ContactSettings, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
 use crate::dynamics::{Cells, OnNoRoom};
@@ -63,6 +64,8 @@ pub struct Plan {
     pub(super) friction_gap: f64,
     /// Recursions that may move the offsets of rows before rows are appended.
     pub(super) most_tightenings: u32,
+    /// Whether rows of violations of a crowd ask for more than touching.
+    pub(super) over_corrects: bool,
     /// Whether bonds or joints keep a length or an angle exactly.
     pub(super) has_rigid_bonds: bool,
     /// Whether walls move or bear a load.
@@ -90,6 +93,7 @@ impl Plan {
             disturbed: None,
             friction_gap: model.contact.overlap_tolerance.max(model.friction.elastic_slip),
             most_tightenings: most_tightenings(model),
+            over_corrects: surplus::over_corrects(model),
             has_rigid_bonds: model.bonds.keep_something(),
             may_squeeze: model.walls.move_in_time(),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
@@ -200,6 +204,8 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
     loop {
         let outcome = tried.solve_tilted(backend, plan, keep, accuracy.residual(), &mut sides)?; // gamma_n from gamma_n-1, U_n
         accuracy.reached(outcome.residual);
+        let over_corrects = plan.over_corrects && backend.constraints() >= LEAST_ROWS;
+        accuracy.over_correct(over_corrects);
         tried.report.velocity_residual = outcome.residual;
         let overlap = backend.trial(accuracy.of_rows())?; // C_n+1 = C(U_n), from C^k with the total velocity, every pair looked at
         tried.see(backend, plan, overlap)?;
@@ -220,7 +226,7 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
             if tried.report.recursions < plan.most_tightenings {
                 backend.tighten_violations()?;
             } else {
-                backend.append_violations()?;
+                backend.append_violations(over_corrects)?;
             }
             if accuracy.shows_stretch(&overlap) {
                 backend.renew_bonds()?;
@@ -269,7 +275,7 @@ fn midpoint(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut A
                 if tried.report.recursions < plan.most_tightenings {
                     backend.tighten_violations()?;
                 } else {
-                    backend.append_violations()?;
+                    backend.append_violations(false)?;
                 }
                 tried.report.recursions += 1;
             }

@@ -18,6 +18,7 @@ mod shaking;
 mod state;
 #[cfg(test)]
 mod stub;
+pub(crate) mod surplus;
 mod two_sided;
 mod unresolved;
 
@@ -48,6 +49,7 @@ pub(crate) use report::{step_figures, step_phases};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub(crate) use shaking::Shake;
 pub use state::{State, Unrounded, UnroundedBody};
+pub(crate) use surplus::Surplus;
 #[cfg(feature = "gpu")]
 pub(crate) use two_sided::GAP;
 pub(crate) use two_sided::TORN;

@@ -71,6 +71,8 @@ pub(super) fn take_again(
         if let (true, Some(Ok(tried))) = (by_other, &first) {
             report.first_violation = tried.report.first_violation;
         }
+        // Pieces are the paper's.
+        plan.over_corrects = false;
         let bounces = !plan.contact.restitution.is_none();
         let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None, bounces };
         let result = taken.step(again, first, &before);

@@ -199,7 +199,7 @@ impl<const D: usize> Both<D> {
         }
         self.solve();
         self.trial(violating);
-        self.verb(|backend| backend.append_violations().unwrap());
+        self.verb(|backend| backend.append_violations(true).unwrap());
         if !self.compare("appended") {
             return None;
         }

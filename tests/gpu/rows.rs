@@ -192,8 +192,8 @@ fn check<const D: usize>(scene: &Scene) {
         assert_eq!((here.violations, here.wall), (there.violations, there.wall), "{what}");
         assert_eq!(there.wall.is_some(), !scene.walls.is_empty(), "{what}");
         assert_eq!(here.pair.map(|[a, b]| [a.min(b), a.max(b)]), there.pair, "{what}");
-        ours.append_violations().unwrap();
-        cpu.append_violations().unwrap();
+        ours.append_violations(true).unwrap();
+        cpu.append_violations(true).unwrap();
         if !compare(&format!("{what}, appended rows"), &ours, &cpu, (blocks, lengths)) {
             continue;
         }

@@ -276,7 +276,7 @@ fn rows_only_tighten_and_the_recursion_ends() {
                 if recursions < 3 {
                     backend.tighten_violations().unwrap();
                 } else {
-                    backend.append_violations().unwrap();
+                    backend.append_violations(false).unwrap();
                 }
                 recursions += 1;
                 assert!(recursions < 64, "the recursion does not end");

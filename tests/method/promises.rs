@@ -61,7 +61,7 @@ fn the_objective_does_not_increase_and_retained_rows_stay_satisfied() {
                 recursions += 1;
                 assert!(recursions < 10_000, "the recursion does not end");
                 let before = backend.constraints();
-                backend.append_violations().unwrap();
+                backend.append_violations(false).unwrap();
                 assert!(backend.constraints() >= before + overlap.violations, "each violating pair is appended");
             }
             backend.accept().unwrap();

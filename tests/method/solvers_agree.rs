@@ -36,7 +36,7 @@ fn lcps<const D: usize>(scene: &Scene, from: usize, to: usize) -> Vec<Problem<D>
         backend.append_near().unwrap();
         backend.solve(scene.lcp_settings().tolerance).unwrap();
         while backend.trial(scene.contact.overlap_tolerance).unwrap().violations > 0 {
-            backend.append_violations().unwrap();
+            backend.append_violations(false).unwrap();
             backend.solve(scene.lcp_settings().tolerance).unwrap();
         }
         if step >= from && backend.lcp().1.iter().any(|gamma| *gamma > 0.0) {

@@ -41,7 +41,7 @@ use crate::freedom::PLANAR;
 use crate::lcp::{Alone, Problem};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::Shape;
-use crate::step::{Fault, Model, Passed, Phases, Piece, State, passed};
+use crate::step::{Fault, Model, Passed, Phases, Piece, State, Surplus, passed};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use first::First;
@@ -257,14 +257,16 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         Ok(())
     }
 
-    /// Answers all violations: the first row of a contact is tightened where it can be, others are appended.
-    fn answer_violations(&mut self, tightens: bool) {
+    /// Answers all violations: the first row of a contact is tightened where it can be, others are appended, with a
+    /// surplus.
+    fn answer_violations(&mut self, tightens: bool, surplus: Surplus) {
         let Cpu { setup, start, motions, pairs, stick, rows, trial, phases, .. } = self;
         let making = Making { setup, start, motions, stick: *stick };
         timed(&mut phases.narrow_phase, || {
             for near in trial.violations(setup, start) {
-                let contact: Contact<D> = making.contact(&near, &trial.twist, DVec3::ZERO);
+                let mut contact: Contact<D> = making.contact(&near, &trial.twist, DVec3::ZERO);
                 if !(tightens && rows.tighten(&near, pairs, &contact.normal.0, &trial.scaled)) {
+                    contact.normal.1 -= surplus.asked(-near.found.separation);
                     rows.append(&near, &contact, 0.0);
                 }
             }

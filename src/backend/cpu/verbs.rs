@@ -5,7 +5,7 @@ use super::{Cpu, boxes, narrow_phase, near, timed, walls};
 use crate::dynamics::Waiting;
 use crate::freedom::PLANAR;
 use crate::lcp::{Outcome, Status, Stored};
-use crate::step::{Effect, Failed, Fault, Overlap, Passed, Phases, Piece, Take, TwoSided, Verbs};
+use crate::step::{Effect, Failed, Fault, Overlap, Passed, Phases, Piece, Surplus, Take, TwoSided, Verbs};
 use std::time::Instant;
 
 impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
@@ -112,13 +112,14 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         Ok(self.effect(gap)?.apart > 0)
     }
 
-    fn append_violations(&mut self) -> Result<(), Fault> {
-        self.answer_violations(false);
+    fn append_violations(&mut self, over_corrects: bool) -> Result<(), Fault> {
+        let surplus = if over_corrects { Surplus::of(self.setup.thinnest) } else { Surplus::NONE };
+        self.answer_violations(false, surplus);
         Ok(())
     }
 
     fn tighten_violations(&mut self) -> Result<(), Fault> {
-        self.answer_violations(true);
+        self.answer_violations(true, Surplus::NONE);
         Ok(())
     }
 

@@ -17,6 +17,7 @@ use crate::constraint::LEAST_ALIGNED;
 use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, arrays, fragment, functions, kernels};
 use crate::lcp::gpu::DeviceProblem;
 use crate::separation::branches::gpu::Branched;
+use crate::step::Surplus;
 
 pub(super) use branch_source::carry_branches;
 
@@ -35,7 +36,7 @@ functions! {
         has_rows: bool, made: RowInputs<'a>, problem: &'a DeviceProblem, counts: &'a Buffer,
     }
     pub(super) AppendBranches = struct AppendBranchesArgs<'a> {
-        first: bool, made: RowInputs<'a>, problem: &'a DeviceProblem, own: &'a Branches,
+        first: bool, surplus_part: f64, surplus_most: f64, made: RowInputs<'a>, problem: &'a DeviceProblem, own: &'a Branches,
     }
     pub(super) StartBranches = struct StartBranchesArgs<'a> {
         first: bool, made: RowInputs<'a>, problem: &'a DeviceProblem, own: &'a Branches, remembered: &'a Buffer,
@@ -64,6 +65,7 @@ kernels! {
         count: CountBranches = plain(setup, "count").include(fragment!("constraint/count_branches.wgsl")),
         append: AppendBranches = with_parts(setup, numbers(plain(setup, "append")))
             .include(fragment!("constraint/row.wgsl"))
+            .include(fragment!("constraint/surplus.wgsl"))
             .include(fragment!("constraint/append_branches.wgsl")),
         remember: RememberBranches = with_direction(plain(setup, "remember"))
             .include(fragment!("constraint/remember_branches.wgsl")),
@@ -186,13 +188,13 @@ impl RowSet {
         Ok(())
     }
 
-    /// Makes the rows of all chosen branches: `first` rows, or rows of violations. The starts of the pairs' rows
-    /// already include them.
+    /// Makes the rows of all chosen branches: `first` rows, or rows of violations with a surplus. The starts of the
+    /// pairs' rows already include them.
     pub(super) fn append_branches(
         &mut self,
         record: &mut Recorder<'_>,
         made: RowInputs<'_>,
-        first: bool,
+        (first, surplus): (bool, Surplus),
     ) -> Result<(), GpuError> {
         let (problem, gpu) = (&self.problem, made.stages.gpu);
         let Some(own) = &mut self.branches else { return Ok(()) };
@@ -204,7 +206,9 @@ impl RowSet {
             own.stretch(record, made, &problem.block_start);
             own.aim(record, made, &problem.block_start);
         }
-        own.kernels.append.call(record, made.pairs(), AppendBranchesArgs { first, made, problem, own });
+        let Surplus { part: surplus_part, most: surplus_most } = surplus;
+        let appended = AppendBranchesArgs { first, surplus_part, surplus_most, made, problem, own };
+        own.kernels.append.call(record, made.pairs(), appended);
         let remembered = if made.part() == Part::FromMiddle { &own.middle } else { &made.lists.remembered };
         own.kernels.start.call(record, made.pairs(), StartBranchesArgs { first, made, problem, own, remembered });
         Ok(())

@@ -11,6 +11,7 @@ use super::start::Stages;
 use crate::constraint::LEAST_ALIGNED;
 use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, Scan, fragment, functions, kernels};
 use crate::lcp::gpu::DeviceProblem;
+use crate::step::Surplus;
 use bytemuck::pod_read_unaligned;
 
 functions! {
@@ -18,7 +19,7 @@ functions! {
         has_rows: bool, threshold: u32, made: RowInputs<'a>, problem: &'a DeviceProblem, counts: &'a Buffer,
     }
     pub(super) Append = struct AppendArgs<'a> {
-        threshold: u32, warm: bool, made: RowInputs<'a>, problem: &'a DeviceProblem,
+        threshold: u32, warm: bool, surplus_part: f64, surplus_most: f64, made: RowInputs<'a>, problem: &'a DeviceProblem,
     }
     pub(super) Remember = struct RememberArgs<'a> { lists: &'a Lists, problem: &'a DeviceProblem }
     pub(super) Recall = struct RecallArgs<'a> {
@@ -66,6 +67,7 @@ kernels! {
         count: Count = base(setup, "count").include(fragment!("constraint/count.wgsl")),
         append: Append = with_parts(setup, numbers(base(setup, "append")))
             .include(fragment!("constraint/row.wgsl"))
+            .include(fragment!("constraint/surplus.wgsl"))
             .include(fragment!("constraint/append.wgsl")),
         remember: Remember =
             with_direction(base(setup, "remember")).include(fragment!("constraint/remember.wgsl")),
@@ -189,9 +191,9 @@ impl RowSet {
         }
         self.take_starts(made.pairs(), rows);
         if self.branches.is_some() {
-            return self.append_branches(record, made, true);
+            return self.append_branches(record, made, (true, Surplus::NONE));
         }
-        self.append(record, made, NEAR, true);
+        self.append(record, made, (NEAR, true), Surplus::NONE);
         Ok(())
     }
 
@@ -225,14 +227,14 @@ impl RowSet {
         kernels.tighten.call(record, made.pairs(), TightenArgs { made, problem: &self.problem, is_first });
     }
 
-    /// Makes one more row for every violating pair, which [`RowSet::count`] has counted.
-    pub fn extend(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+    /// Makes one more row for every violating pair, which [`RowSet::count`] has counted, with a surplus.
+    pub fn extend(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>, surplus: Surplus) -> Result<(), GpuError> {
         // Rows keep their pairs, so no map from old pairs to new ones is needed.
         self.move_all(made.stages.gpu, record, (made.pairs(), None), self.next)?;
         if self.branches.is_some() {
-            return self.append_branches(record, made, false);
+            return self.append_branches(record, made, (false, surplus));
         }
-        self.append(record, made, VIOLATING, false);
+        self.append(record, made, (VIOLATING, false), surplus);
         Ok(())
     }
 
@@ -268,9 +270,11 @@ impl RowSet {
         Ok(())
     }
 
-    fn append(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, threshold: u32, warm: bool) {
+    fn append(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, (threshold, warm): (u32, bool), surplus: Surplus) {
         let Some(kernels) = &self.kernels.paper else { return };
-        kernels.append.call(record, made.pairs(), AppendArgs { threshold, warm, made, problem: &self.problem });
+        let Surplus { part: surplus_part, most: surplus_most } = surplus;
+        let appended = AppendArgs { threshold, warm, surplus_part, surplus_most, made, problem: &self.problem };
+        kernels.append.call(record, made.pairs(), appended);
     }
 
     fn move_all(

@@ -12,7 +12,7 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::GpuError;
 use crate::lcp::{Outcome, Status, Stored};
 use crate::separation::separate_in;
-use crate::step::{Effect, Fault, Overlap, Passed, Phases, Take, TwoSided, Verbs, may_pass, passed};
+use crate::step::{Effect, Fault, Overlap, Passed, Phases, Surplus, Take, TwoSided, Verbs, may_pass, passed};
 use std::sync::OnceLock;
 use std::time::Instant;
 
@@ -215,10 +215,11 @@ impl Verbs for Device {
         Ok(overlap)
     }
 
-    fn append_violations(&mut self) -> Result<(), Fault> {
+    fn append_violations(&mut self, over_corrects: bool) -> Result<(), Fault> {
         let begun = Instant::now();
+        let surplus = if over_corrects { Surplus::of(self.setup.thinnest) } else { Surplus::NONE };
         self.change_rows(true, |rows, record, made| {
-            rows.extend(record, made)?;
+            rows.extend(record, made, surplus)?;
             rows.incidence(record, made)
         })?;
         let Device { gpu, setup, narrow, rows, hosted, .. } = &mut *self;
@@ -236,7 +237,7 @@ impl Verbs for Device {
             hosted.take_offsets(&self.gpu, &self.setup, &self.rows)?;
         }
         self.phases.narrow_phase += begun.elapsed();
-        if self.rows.next > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
+        if self.rows.next > self.rows.problem.rows { self.append_violations(false) } else { Ok(()) }
     }
 
     fn renew_bonds(&mut self) -> Result<(), Fault> {
