@@ -86,13 +86,15 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
     }
 
     /// Solves the regularized LCP with violations up to `allowed`, if the result is better than that of the last solve.
+    /// Where it is not, the multipliers stay.
     pub(super) fn relax(&mut self, rows: &mut RowSet<D>, allowed: f64) -> Option<Outcome> {
         let mut relaxed = rows.gamma.clone();
         let outcome = self.solver.relax(&rows.problem, &mut relaxed, allowed);
         let gamma = rows.change_gamma();
-        // What no method improved on stays.
         if self.residual.is_finite() && outcome.residual >= self.residual {
-            return None;
+            // Normal rows that contradict each other do so with friction too. Its solves are cut off before they show it.
+            let contradict = rows.is_frictional() && outcome.status == Status::Infeasible;
+            return contradict.then_some(Outcome { residual: self.residual, ..outcome });
         }
         *gamma = relaxed;
         Some(outcome)
