@@ -33,6 +33,8 @@ layout(location = 0) out uvec4 met;
 #define IS(kind) (KINDS == (1 << int(kind)) || body.x == kind)
 
 const float POINT = 0.0, SEGMENT = 1.0, CIRCLE = 2.0;
+// A superellipsoid has its exponents behind the point.
+const float SUPERELLIPSOID = 4.0;
 const float MISS = 3e38;
 // A tangent line halves the error with each step, and a float has 24 bits.
 const int NEWTON_STEPS = 40;
@@ -132,6 +134,52 @@ float hit_circle(float major, float radius, vec3 origin, vec3 direction, float s
     return root < MISS ? root - along : MISS;
 }
 
+#if (KINDS & 16) != 0
+// As in body.vert.
+vec2 exponents(float kind) {
+    float code = (kind - SUPERELLIPSOID) * 1048576.0;
+    return 2.0 + vec2(mod(code, 1024.0), floor(code / 1024.0)) * (8.0 / 1023.0);
+}
+
+float norm_of(float a, float b, float n) {
+    float larger = max(a, b);
+    return larger > 0.0 ? larger * pow(1.0 + pow(min(a, b) / larger, n), 1.0 / n) : 0.0;
+}
+
+// The gauge, 1 on the surface, as src/shape/superellipsoid/norm.rs has it, and its gradient.
+vec4 gauge(vec3 radii, vec2 n, vec3 p) {
+    vec3 v = abs(p) / radii;
+    float across = norm_of(v.x, v.y, n.y);
+    float whole = norm_of(across, v.z, n.x);
+    if (whole == 0.0) return vec4(0.0);
+    vec2 of_both = pow(vec2(across, v.z) / whole, vec2(n.x - 1.0));
+    vec2 of_flat = across > 0.0 ? pow(v.xy / across, vec2(n.y - 1.0)) : vec2(0.0);
+    return vec4(vec3(of_both.x * of_flat, of_both.y) / radii * sign(p), whole);
+}
+
+// Newton's iteration from where the line enters the box around it: the gauge is convex along the line.
+float hit_superellipsoid(vec3 radii, vec2 n, vec3 origin, vec3 direction) {
+    // A line along a side of the box would divide by zero.
+    vec3 d = mix(direction, vec3(1e-9), lessThan(abs(direction), vec3(1e-9)));
+    vec3 near = (-radii * sign(d) - origin) / d;
+    vec3 far = (radii * sign(d) - origin) / d;
+    float t = max(near.x, max(near.y, near.z));
+    float end = min(far.x, min(far.y, far.z));
+    if (t > end) return MISS;
+    for (int k = 0; k < NEWTON_STEPS; k++) {
+        vec4 found = gauge(radii, n, origin + direction * t);
+        float slope = dot(found.xyz, direction);
+        if (found.w <= 1.0 + 2e-7) return t;
+        if (slope >= 0.0) return MISS;
+        float next = t - (found.w - 1.0) / slope;
+        if (next > end) return MISS;
+        if (!(next > t)) return t;
+        t = next;
+    }
+    return t;
+}
+#endif
+
 float first_hit(vec3 origin, vec3 direction) {
 #if (KINDS & 1) != 0
     if (IS(POINT)) return hit_point(body.z, origin, direction);
@@ -141,6 +189,9 @@ float first_hit(vec3 origin, vec3 direction) {
 #endif
 #if (KINDS & 4) != 0
     if (IS(CIRCLE)) return hit_circle(body.y, body.z, origin, direction, -MISS);
+#endif
+#if (KINDS & 16) != 0
+    if (body.x >= SUPERELLIPSOID) return hit_superellipsoid(body.yzw, exponents(body.x), origin, direction);
 #endif
     return hit_ellipsoid(body.yzw, origin, direction);
 }
@@ -168,6 +219,9 @@ float hit_behind_cut(vec3 origin, vec3 direction, out bool on_cut) {
 
 #ifndef DEPTHS
 vec3 normal_at(vec3 point) {
+#if (KINDS & 16) != 0
+    if (body.x >= SUPERELLIPSOID) return normalize(gauge(body.yzw, exponents(body.x), point).xyz);
+#endif
     if (body.x > CIRCLE) return normalize(point / (body.yzw * body.yzw));
     vec3 foot = vec3(0.0);
     if (body.x == SEGMENT) foot.z = clamp(point.z, -body.y, body.y);

@@ -45,6 +45,8 @@ vec4 shape;
 float part;
 
 const float POINT = 0.0, SEGMENT = 1.0, CIRCLE = 2.0;
+// A superellipsoid has its exponents behind the point.
+const float SUPERELLIPSOID = 4.0;
 const vec3 PLAIN = vec3(0.76, -0.035, -0.06);
 const vec3 RAMP[5] = vec3[5](
     vec3(0.52, 0.0, -0.14), vec3(0.62, -0.08, -0.07), vec3(0.72, -0.13, 0.04), vec3(0.82, -0.07, 0.15),
@@ -57,6 +59,19 @@ vec3 to_space(vec4 q, vec3 v) {
     return v + q.w * t + cross(q.xyz, t);
 }
 
+#if (KINDS & 16) != 0
+// Of ten bits each, from 2 to 10.
+vec2 exponents(float kind) {
+    float code = (kind - SUPERELLIPSOID) * 1048576.0;
+    return 2.0 + vec2(mod(code, 1024.0), floor(code / 1024.0)) * (8.0 / 1023.0);
+}
+
+float norm_of(float a, float b, float n) {
+    float larger = max(a, b);
+    return larger > 0.0 ? larger * pow(1.0 + pow(min(a, b) / larger, n), 1.0 / n) : 0.0;
+}
+#endif
+
 // How far the body reaches along a unit vector in its own axes.
 float reach(vec3 e) {
 #if (KINDS & 1) != 0
@@ -67,6 +82,14 @@ float reach(vec3 e) {
 #endif
 #if (KINDS & 4) != 0
     if (IS(CIRCLE)) return shape.z + shape.y * length(e.xy);
+#endif
+#if (KINDS & 16) != 0
+    if (shape.x >= SUPERELLIPSOID) {
+        vec2 n = exponents(shape.x);
+        vec2 dual = n / (n - 1.0);
+        vec3 v = shape.yzw * abs(e);
+        return norm_of(norm_of(v.x, v.y, dual.y), v.z, dual.x);
+    }
 #endif
     return length(shape.yzw * e);
 }

@@ -45,6 +45,12 @@ function extentOf(axes, states) {
   return low[0] > high[0] ? [[-1, -1, -1], [1, 1, 1]] : [low, high];
 }
 
+/** How far a superellipsoid reaches. */
+function reachAlong(kind, x, y, z) {
+  const [p, q] = exponentsOf(kind).map((n) => n / (n - 1));
+  return normOf(normOf(Math.abs(x), Math.abs(y), q), Math.abs(z), p);
+}
+
 function extentAlong([ex, ey, ez], { bodies, place, turn, shape }) {
   let low = Infinity, high = -Infinity;
   for (let i = 0; i < bodies; i++) {
@@ -54,7 +60,7 @@ function extentAlong([ex, ey, ez], { bodies, place, turn, shape }) {
     const u = ex + w * p + y * r - z * q, v = ey + w * q + z * p - x * r, t = ez + w * r + x * q - y * p;
     const kind = shape[4 * i], a = shape[4 * i + 1], b = shape[4 * i + 2], c = shape[4 * i + 3];
     const reach = kind === 0 ? b : kind === 1 ? b + a * Math.abs(t) : kind === 2 ? b + a * Math.sqrt(u * u + v * v)
-      : Math.sqrt(a * a * u * u + b * b * v * v + c * c * t * t);
+      : kind === 3 ? Math.sqrt(a * a * u * u + b * b * v * v + c * c * t * t) : reachAlong(kind, a * u, b * v, c * t);
     const at = place[3 * i] * ex + place[3 * i + 1] * ey + place[3 * i + 2] * ez;
     if (at - reach < low) low = at - reach;
     if (at + reach > high) high = at + reach;

@@ -127,7 +127,7 @@ function readTurns(table, read, state) {
 /** Steps of a turn's part to one: the parts beside the largest are at most a root of a half. */
 const TURN_STEPS = 32767 * Math.SQRT2;
 
-/** The kind, and half a segment or a circle's radius and the radius, or semi-axes. */
+/** The kind, of a superellipsoid with its exponents behind the point; and half a segment or a circle's radius and the radius, or semi-axes. */
 function readShapes(table, read, state) {
   const shape = state.shape = new Float32Array(4 * state.bodies);
   const { sizes } = table;
@@ -135,7 +135,7 @@ function readShapes(table, read, state) {
   const [low, high] = state.ranges.half_length ?? [0, 0];
   for (let i = 0; i < state.bodies; i++) {
     const row = state.list[i];
-    const kind = shape[4 * i] = table.kind[row];
+    const kind = shape[4 * i] = (table.kind[row] & 7) + (table.kind[row] >>> 3) / 1048576;
     shape[4 * i + 1] = half && kind === 1 ? low + (high - low) * half[i] / 65535 : sizes[0][row];
     shape[4 * i + 2] = sizes[1][row];
     shape[4 * i + 3] = sizes[2][row];
@@ -202,10 +202,25 @@ function valuesOf(run, state, name) {
   return of((i) => low + (high - low) * packed[i] / 65535);
 }
 
+/** The exponents of a superellipsoid, by its kind: of ten bits each, from 2 to 10. */
+function exponentsOf(kind) {
+  const code = Math.round((kind - 4) * 1048576);
+  return [code & 1023, code >>> 10].map((part) => Number((2 + part * 8 / 1023).toFixed(2)));
+}
+
+/** The norm of two numbers that are not negative. */
+function normOf(a, b, n) {
+  return n === Infinity ? Math.max(a, b) : (a ** n + b ** n) ** (1 / n);
+}
+
 /** The bounding radius. */
 function reachOf(shape, i) {
-  const a = shape[4 * i + 1], b = shape[4 * i + 2];
-  return shape[4 * i] <= 2 ? a + b : Math.max(a, b, shape[4 * i + 3]);
+  const [kind, a, b, c] = shape.subarray(4 * i, 4 * i + 4);
+  if (kind < 4) return kind <= 2 ? a + b : Math.max(a, b, c);
+  // Of exponent n the farthest point is as far as the norm with 2 n / (n - 2).
+  const [p, q] = exponentsOf(kind).map((n) => (n > 2 ? 2 * n / (n - 2) : Infinity));
+  const unit = Math.max(a, b, c);
+  return unit * normOf(normOf(a / unit, b / unit, q), c / unit, p);
 }
 
 /** The smallest diameter. */

@@ -158,7 +158,8 @@ class Hands {
       const [of, a, b, c] = Array.from(state.shape.subarray(4 * i, 4 * i + 4), (x) => Number(x.toPrecision(7)));
       const [x, y, z, w] = state.turn.subarray(4 * i, 4 * i + 4);
       const shape = [{ sphere: { radius: b } }, { spherocylinder: { diameter: 2 * b, length: 2 * (a + b) } },
-        { torus: { major_radius: a, minor_radius: b } }, { ellipsoid: { radii: [a, b, c] } }][of];
+        { torus: { major_radius: a, minor_radius: b } }, { ellipsoid: { radii: [a, b, c] } }][of]
+        ?? { superellipsoid: { radii: [a, b, c], exponents: exponentsOf(state.shape[4 * i]) } };
       const axis = rotated([x, y, z, w], [0, 0, 1]);
       // A planar scene's bodies are mirrored by its plane, to more digits than the page has.
       const turned = !planar ? { orientation: [w, x, y, z] } : { axis: Math.abs(axis[2]) > 0.5 ? [0, 0, 1] : flat(axis) };

@@ -39,7 +39,7 @@ function axisLines(viewer) {
   for (let i = 0; i < state.bodies; i++) {
     const [kind, a, b, c] = state.shape.subarray(4 * i, 4 * i + 4);
     if (kind === 0 || viewer.isHidden(i)) continue;
-    const longest = kind === 3 ? [a, b, c].indexOf(Math.max(a, b, c)) : 2;
+    const longest = kind >= 3 ? [a, b, c].indexOf(Math.max(a, b, c)) : 2;
     const reach = kind === 1 ? a + b : kind === 2 ? 0.6 * a : Math.max(a, b, c);
     const axis = rotated(turnOf(state, i), [0, 1, 2].map((k) => (k === longest ? reach : 0)));
     ends.push(...plus(centreOf(state, i), axis, -1), ...plus(centreOf(state, i), axis));

@@ -187,7 +187,8 @@ function sizeOf(state, i) {
   if (kind === 0) return `sphere, radius ${shown(b)}`;
   if (kind === 1) return `rod, diameter ${shown(2 * b)}, length ${shown(2 * (a + b))}`;
   if (kind === 2) return `ring, radius ${shown(a)}, tube's radius ${shown(b)}`;
-  return `ellipsoid, semi-axes ${[a, b, c].map((r) => shown(r)).join(", ")}`;
+  const radii = `semi-axes ${[a, b, c].map((r) => shown(r)).join(", ")}`;
+  return kind === 3 ? `ellipsoid, ${radii}` : `superellipsoid, ${radii}, exponents ${exponentsOf(kind).join(", ")}`;
 }
 
 function link(text, act) {

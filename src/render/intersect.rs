@@ -1,12 +1,12 @@
 //! The first intersection of a line with a body, by family of shapes, and the reach of a body in a direction.
 //!
-//! Everything is in body axes and in closed form, except custom shapes (`convex_hit`) and the circle, whose surface is
+//! Everything is in body axes and in closed form, except superellipsoids (`gauge_hit`), custom shapes (`convex_hit`) and the circle, whose surface is
 //! of fourth degree: `(|p|^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)`. Along a line measured from its point nearest to the
 //! centre that is a quartic without a cubic term, so its second derivative has two opposite roots or none; between them
 //! it is concave and outside them convex, and in each of the three parts Newton's iteration from the right end is
 //! monotone.
 
-use super::convex_hit;
+use super::{convex_hit, gauge_hit};
 use crate::separation::point_to_convex;
 use crate::shape::{Centreline, Geometry};
 use glam::DVec3;
@@ -26,7 +26,10 @@ pub(super) fn first_hit(geometry: &Geometry, origin: DVec3, direction: DVec3) ->
             circle(major, radius, origin, direction)
         }
         Geometry::Ellipsoid { radii } => ellipsoid(radii, origin, direction),
-        Geometry::Convex(shape) => convex_hit::first_hit(shape, origin, direction),
+        Geometry::Convex(shape) => match shape.norm() {
+            Some(norm) => gauge_hit::first_hit(norm, origin, direction),
+            None => convex_hit::first_hit(shape, origin, direction),
+        },
     }
 }
 
@@ -42,7 +45,10 @@ pub(super) fn normal(geometry: &Geometry, point: DVec3) -> DVec3 {
             (point - foot).normalize_or_zero()
         }
         Geometry::Ellipsoid { radii } => (point / (radii * radii)).normalize_or_zero(),
-        Geometry::Convex(shape) => point_to_convex(shape, point).1,
+        Geometry::Convex(shape) => match shape.norm() {
+            Some(norm) => norm.gauge(point).1.normalize_or_zero(),
+            None => point_to_convex(shape, point).1,
+        },
     }
 }
 

@@ -16,6 +16,7 @@ mod colour;
 mod convex_hit;
 mod error;
 mod frames;
+mod gauge_hit;
 mod image;
 mod intersect;
 mod movie;

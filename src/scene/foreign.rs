@@ -7,7 +7,8 @@ const NAMES: &[(&[&str], &[&str])] = &[
         &["spherocylinder"],
     ),
     (&["ball", "disc", "disk", "circle", "point", "particle", "bead"], &["sphere"]),
-    (&["spheroid", "ellipse", "oval", "superellipsoid"], &["ellipsoid"]),
+    (&["spheroid", "ellipse", "oval"], &["ellipsoid"]),
+    (&["superquadric", "superball", "rounded_box"], &["superellipsoid"]),
     (&["ring", "donut", "doughnut", "hoop", "loop"], &["torus"]),
     (&["plane", "floor", "ground", "halfspace", "wall"], &["half_space"]),
     (&["cuboid", "cube", "room", "container", "rectangle"], &["box"]),
@@ -88,7 +89,11 @@ const ABSENT: &[(&[&str], &str)] = &[
         "relcp has no stiffness of contact: bodies are rigid",
     ),
     (
-        &["box", "cube", "cuboid", "mesh", "polygon", "polyhedron", "convex", "superquadric", "triangle"],
+        &["box", "cube", "cuboid", "block", "brick"],
+        "relcp has smooth shapes only; a box with rounded edges is a `superellipsoid`",
+    ),
+    (
+        &["mesh", "polygon", "polyhedron", "convex", "triangle"],
         "relcp has smooth shapes only; custom shapes are defined in code (docs/guide.md)",
     ),
     (&["units", "unit"], "a scene has no units: choose your own, the same for all numbers"),
@@ -120,13 +125,15 @@ mod tests {
 
     #[test]
     fn words_of_other_programs_are_known() {
-        let shapes = ["sphere", "spherocylinder", "ellipsoid", "torus"];
+        let shapes = ["sphere", "spherocylinder", "ellipsoid", "torus", "superellipsoid"];
         for (word, says) in [
             ("rod", "`spherocylinder`"),
             ("Capsule", "`spherocylinder`"),
             ("ball", "`sphere`"),
             ("ring", "`torus`"),
-            ("cube", "smooth shapes"),
+            ("cube", "rounded edges is a `superellipsoid`"),
+            ("superquadric", "called `superellipsoid`"),
+            ("mesh", "defined in code"),
             ("friction", "contact.friction"),
             ("rolling_friction", "sliding only"),
             ("dt", "time.dt"),

@@ -239,9 +239,14 @@ fn at_angle(around: &Around, axes: DMat3, angle: f64, radius: f64) -> Separation
     let out = around.arm(angle).0;
     let p = around.centre + out;
     let outward = around.body.normal_nearest_to(p);
-    let (height, point) = around.body.value_and_point(outward);
+    let (height, mut point) = around.body.value_and_point(outward);
+    let value = outward.dot(p) - height;
+    if around.body.is_flat() {
+        // A flat place's point is known to a root of rounding, the circle's well.
+        point = p - outward * value;
+    }
     Separation {
-        separation: outward.dot(p) - height - radius,
+        separation: value - radius,
         normal: axes * -outward,
         lever_a: axes * (out - outward * radius),
         lever_b: axes * point,

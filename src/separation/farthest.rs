@@ -38,6 +38,10 @@ impl Supporting for Outward {
     fn aspect(self) -> f64 {
         self.0.aspect()
     }
+
+    fn has_edges(self) -> bool {
+        self.0.has_edges()
+    }
 }
 
 /// The normal at the point farthest from `-delta`, and the distance of that point.

@@ -16,6 +16,7 @@ mod convex;
 mod direction;
 mod ellipsoids;
 mod farthest;
+mod flat;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
 mod meeting;
@@ -246,12 +247,14 @@ fn of_families(delta: DVec3, a: Family, b: Family, warm: Option<DVec3>) -> Optio
 }
 
 /// Whether b precedes a in the fixed order of a pair of one family: by position, and for equal positions by bounding
-/// radius, orientation and thickness; for custom shapes finally by the order in which they were created.
+/// radius, orientation and thickness; finally for superellipsoids by their numbers, for custom shapes by the order in
+/// which they were created.
 fn out_of_order(delta: DVec3, a: &Placed, b: &Placed) -> bool {
     let key = |p: &Placed| {
         let [x, y, z, w] = p.orientation.to_array();
         let made = if let Shape::Convex(shape) = p.shape { shape.id() } else { 0 };
-        [p.shape.bounding_radius(), x, y, z, w, p.shape.thickness(), made as f64]
+        let ([r, s, t], [m, n]) = p.shape.exponents().map_or(([0.0; 3], [0.0; 2]), |of| (p.shape.code().1, of));
+        [p.shape.bounding_radius(), x, y, z, w, p.shape.thickness(), made as f64, r, s, t, m, n]
     };
     let order = |d: f64| d.partial_cmp(&0.0).unwrap_or(Ordering::Equal);
     let places = order(delta.x).then_with(|| order(delta.y)).then_with(|| order(delta.z));

@@ -5,8 +5,10 @@
 //! by its ball, then `f + rho` is the same function of the shrunken bodies, concave and positively homogeneous, so at
 //! most one maximum is above `-rho`. A step that does not raise `f` is shortened.
 //!
-//! It is written over the trait [`Supporting`], which ellipsoids and custom shapes implement.
+//! It is written over the trait [`Supporting`], which ellipsoids and custom shapes implement. Bodies with flat places are
+//! climbed in `flat`.
 
+use super::flat;
 use glam::DVec3;
 
 /// A body about the origin: the functions on which the maximum depends.
@@ -19,22 +21,35 @@ pub(super) trait Supporting: Copy {
     fn size(self) -> f64;
     /// The ratio of its largest to its smallest size.
     fn aspect(self) -> f64;
+    /// The part of the way from the centre to the surface at which a point is, and the outward normal where the ray
+    /// through it leaves the body; `None` where it is not known.
+    fn gauge(self, _point: DVec3) -> Option<(f64, DVec3)> {
+        None
+    }
+    /// Whether it has places without curvature, and is climbed as such a body.
+    fn is_flat(self) -> bool {
+        false
+    }
+    /// Whether it has edges and corners, and so many maxima.
+    fn has_edges(self) -> bool {
+        false
+    }
 }
 
 /// The largest number of steps. Over thousands of random poses in contact range none took more than 3 at aspect ratio
 /// 2, 12 at 100 and 53 at 1000; with deep overlap, from every start, up to 128.
-const MAX_STEPS: usize = 400;
+pub(super) const MAX_STEPS: usize = 400;
 /// Gradient, as a fraction of the sizes, that is rounding.
-const GRADIENT_FLOOR: f64 = 4e-16;
+pub(super) const GRADIENT_FLOOR: f64 = 4e-16;
 /// Change in `f`, as a fraction of the sizes, that is rounding.
-const VALUE_FLOOR: f64 = 1e-15;
+pub(super) const VALUE_FLOOR: f64 = 1e-15;
 /// Longest step across the normal: 45 degrees once projected back.
-const LONGEST_STEP: f64 = 1.0;
+pub(super) const LONGEST_STEP: f64 = 1.0;
 /// Ratio of the smallest to the largest eigenvalue below which a Hessian counts as singular: above the rounding of
 /// 1e-16, below the 1e-9 or more of the most slender bodies supported.
 const DEFINITE: f64 = 1e-13;
 /// The factor by which a failed step is shortened.
-const SHORTEN: f64 = 0.25;
+pub(super) const SHORTEN: f64 = 0.25;
 
 /// A local maximum: the normal, `f` there, and the bodies' points with that outward normal.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +57,7 @@ pub(super) struct Peak<const N: usize> {
     pub normal: DVec3,
     pub value: f64,
     pub points: [DVec3; N],
-    heights: [f64; N],
+    pub heights: [f64; N],
 }
 
 impl<const N: usize> Peak<N> {
@@ -68,7 +83,7 @@ impl<const N: usize> Peak<N> {
     }
 
     #[inline]
-    fn gradient(&self, delta: DVec3, (e1, e2): (DVec3, DVec3)) -> (f64, f64) {
+    pub fn gradient(&self, delta: DVec3, (e1, e2): (DVec3, DVec3)) -> (f64, f64) {
         let gap = delta - self.points.iter().sum::<DVec3>();
         (gap.dot(e1), gap.dot(e2))
     }
@@ -77,7 +92,7 @@ impl<const N: usize> Peak<N> {
 /// The Newton step in a tangent basis from the gradient and the negated Hessian, which is shifted if it is not positive
 /// definite, so that the step still ascends.
 #[inline]
-fn newton_step((g1, g2): (f64, f64), (h11, h12, h22): (f64, f64, f64)) -> (f64, f64) {
+pub(super) fn newton_step((g1, g2): (f64, f64), (h11, h12, h22): (f64, f64, f64)) -> (f64, f64) {
     let mean = 0.5 * (h11 + h22);
     let spread = (0.5 * (h11 - h22)).hypot(h12);
     let definite = mean - spread > DEFINITE * spread;
@@ -92,6 +107,9 @@ fn newton_step((g1, g2): (f64, f64), (h11, h12, h22): (f64, f64, f64)) -> (f64, 
 
 /// Ascends from `start` (a unit vector) to a local maximum.
 pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[impl Supporting; N], start: DVec3) -> Peak<N> {
+    if bodies.iter().any(|body| body.is_flat()) {
+        return flat::climb(delta, bodies, start);
+    }
     let mut peak = Peak::at(delta, bodies, start);
     let size = delta.length() + bodies.iter().map(|b| b.size()).sum::<f64>();
     let aspect = bodies.iter().map(|b| b.aspect()).fold(1.0, f64::max);
@@ -150,6 +168,9 @@ fn advance<const N: usize>(
 
 /// As [`climb`], for one body and only over normals at right angles to the unit vector `axis`, of which `start` is one.
 pub(super) fn climb_across(delta: DVec3, body: impl Supporting, axis: DVec3, start: DVec3) -> Peak<1> {
+    if body.is_flat() {
+        return flat::climb_across(delta, body, axis, start);
+    }
     let size = delta.length() + body.size();
     let slope_of = |peak: &Peak<1>| axis.cross(peak.normal).dot(delta - peak.points[0]);
     let mut peak = Peak::at(delta, &[body], start);

@@ -15,6 +15,7 @@ use super::Separation;
 use super::convex::{Posed, TIE, highest};
 use super::direction::{across, perpendicular};
 use super::farthest::highest_across;
+use super::flat::point_across;
 use super::peak::{Peak, Supporting, climb, climb_across};
 use super::segments::Segment;
 use glam::DVec3;
@@ -25,7 +26,7 @@ pub(super) fn separation(delta: DVec3, body: Posed, segment: Segment, radius: f6
     Separation {
         separation: peak.value - radius,
         normal: peak.normal,
-        lever_a: peak.points[0],
+        lever_a: point_across(delta + segment.axis * at, body, &peak),
         lever_b: segment.axis * at - peak.normal * radius,
     }
 }

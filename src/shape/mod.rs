@@ -20,6 +20,8 @@ pub(crate) use code::Tag;
 pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
 pub use superellipsoid::Superellipsoid;
+#[cfg(feature = "files")]
+pub(crate) use superellipsoid::{EXPONENTS, Norm};
 
 use glam::{DQuat, DVec3};
 

@@ -3,7 +3,7 @@
 use super::columns::Block;
 use super::places::half_segment;
 use crate::bodies::Bodies;
-use crate::shape::{Centreline, Geometry, Shape};
+use crate::shape::{Centreline, EXPONENTS, Geometry, Shape};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -94,8 +94,7 @@ impl Table {
 }
 
 /// How the shaders know a shape: 0 a point, 1 a segment, 2 a circle, thickened, with half the length or the radius
-/// and the thickening radius; 3 an
-/// ellipsoid with its semi-axes.
+/// and the thickening radius; 3 an ellipsoid with its semi-axes, 4 a superellipsoid.
 fn drawn(shape: &Shape) -> (u32, [f64; 3]) {
     match shape.geometry() {
         Geometry::Centreline { curve, radius } => match curve {
@@ -104,6 +103,38 @@ fn drawn(shape: &Shape) -> (u32, [f64; 3]) {
             Centreline::Circle { radius: major } => (2, [major, radius, 0.0]),
         },
         Geometry::Ellipsoid { radii } => (3, radii.to_array()),
-        Geometry::Convex(custom) => (3, DVec3::AXES.map(|axis| custom.reach(axis).max(custom.reach(-axis)))),
+        Geometry::Convex(custom) => match shape.exponents() {
+            Some(exponents) => (superellipsoid(exponents), shape.code().1),
+            None => (3, DVec3::AXES.map(|axis| custom.reach(axis).max(custom.reach(-axis)))),
+        },
+    }
+}
+
+/// The kind of a superellipsoid: 4, and above its three bits the exponents, ten bits each.
+fn superellipsoid(exponents: [f64; 2]) -> u32 {
+    let [low, high] = EXPONENTS;
+    let [n1, n2] = exponents.map(|n| ((n - low) / (high - low) * 1023.0).round() as u32);
+    4 | n1 << 3 | n2 << 13
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Superellipsoid;
+
+    /// As `exponentsOf` in `assets/view/data.js`, to two decimals.
+    #[test]
+    fn a_page_has_the_exponents_of_superellipsoids() {
+        for exponents in [[2.0, 10.0], [2.5, 4.0], [8.0, 3.33], [9.99, 2.01]] {
+            let (kind, sizes) = drawn(&Shape::Superellipsoid(Superellipsoid::new([0.3, 0.4, 0.5], exponents)));
+            assert_eq!((kind & 7, sizes), (4, [0.3, 0.4, 0.5]));
+            // The shaders have the bits above the kind behind the point of a 32-bit float.
+            let behind = 4.0 + (kind >> 3) as f32 / 1_048_576.0;
+            let code = (f64::from(behind - 4.0) * 1_048_576.0).round() as u32;
+            let read = [code & 1023, code >> 10].map(|part| 2.0 + f64::from(part) * 8.0 / 1023.0);
+            for (read, given) in read.into_iter().zip(exponents) {
+                assert_eq!((read * 100.0).round(), (given * 100.0).round(), "{exponents:?}");
+            }
+        }
     }
 }

@@ -37,7 +37,6 @@ use crate::measure::{Frame, Settings, View, scene_behind};
 use crate::record::{Snapshot, States, Watch, durable};
 use crate::render::{Quantity, RenderError};
 use crate::scene::Scene;
-use crate::shape::Shape;
 use crate::walls::Walls;
 use bodies::Table;
 use bonds::Bonds;
@@ -250,7 +249,7 @@ impl Packer {
         let bodies = state.bodies.wrapped();
         let mut block = Block::default();
         let rows = self.table.rows(&bodies, &mut block);
-        self.custom |= bodies.shape.iter().any(Shape::is_general);
+        self.custom |= bodies.first_custom().is_some();
         let centres = self.places.centres(&bodies, &rows, &self.grid, &mut block, &mut self.errors);
         self.places.turns(&bodies, &rows, &mut block, &mut self.errors);
         let grown = self.table.grown(&bodies, &rows);
@@ -282,8 +281,7 @@ impl Packer {
                 self.headers.len()
             )
         });
-        let custom =
-            "superellipsoids and custom shapes are drawn as ellipsoids that reach as far along the body's axes";
+        let custom = "custom shapes are drawn as ellipsoids that reach as far along the body's axes";
         contacts.into_iter().chain(self.custom.then(|| custom.into())).collect()
     }
 }

@@ -68,6 +68,23 @@ fn pairs_in_degenerate_placements_are_those_of_the_oracle() {
 }
 
 #[test]
+fn superellipsoids_in_degenerate_placements_are_those_of_the_oracle() {
+    let (customs, mut tally) = (customs(), Tally::default());
+    let others = ["sphere", "rod", "ellipsoid", "thin", "custom", "super", "thin super"];
+    let with = |kind| others.map(|other| [other, kind]);
+    for (i, kinds) in with("super").into_iter().chain(with("thin super")).enumerate() {
+        let (mut drawn, mut oracle) = (random(200 + i as u64), random(1));
+        for _ in 0..draws(150) {
+            let bodies = pair(kinds, &customs, &mut drawn);
+            let found = separation(&bodies[0], &bodies[1], None).unwrap();
+            let errors = pair_errors(&bodies, &found, ROUNDING, &mut oracle);
+            tally.add(&kinds.join(", "), errors, &Limits::of(kinds), || format!("{bodies:?}: {found:?}"));
+        }
+    }
+    assert_eq!(tally.print("superellipsoids on the CPU"), []);
+}
+
+#[test]
 fn branches_in_degenerate_placements_are_sound() {
     let mut tally = Tally::default();
     for kinds in [["rod", "rod"], ["ring", "ring"], ["rod", "ring"]] {
@@ -92,7 +109,8 @@ fn planar_pairs_in_degenerate_placements_are_those_of_the_oracle() {
     let mut tally = Tally::default();
     // The search in the plane places a normal to the root of a rounding, and samples bodies up to aspect ratio 20.
     let limits = Limits { normal: 2e-3, ..LIMITS };
-    for (i, kinds) in pairs_of(&["sphere", "rod", "ellipsoid"]).enumerate() {
+    let with_super = ["sphere", "rod", "ellipsoid", "super"].map(|other| [other, "super"]);
+    for (i, kinds) in pairs_of(&["sphere", "rod", "ellipsoid"]).chain(with_super).enumerate() {
         let mut drawn = random(80 + i as u64);
         for _ in 0..draws(200) {
             let bodies = planar_pair(kinds, &mut drawn);
@@ -107,7 +125,7 @@ fn planar_pairs_in_degenerate_placements_are_those_of_the_oracle() {
 #[test]
 fn bodies_at_walls_in_degenerate_placements_are_those_of_the_oracle() {
     let (customs, mut tally) = (customs(), Tally::default());
-    let kinds = KINDS.into_iter().chain(["custom"]);
+    let kinds = KINDS.into_iter().chain(["custom", "super", "thin super"]);
     for (i, (kind, wall)) in kinds.flat_map(|kind| SURFACES.map(|wall| (kind, wall))).enumerate() {
         let (mut drawn, mut oracle) = (random(100 + i as u64), random(1));
         for _ in 0..draws(200) {

@@ -150,6 +150,11 @@ pub fn support(body: &Placed, n: DVec3) -> f64 {
         Shape::Spherocylinder { diameter, length } => 0.5 * (length - diameter) * local.z.abs() + 0.5 * diameter,
         Shape::Ellipsoid { radii } => (DVec3::from_array(radii) * local).length(),
         Shape::Convex(shape) => shape.reach(local),
+        Shape::Superellipsoid(of) => {
+            let [m1, m2] = of.exponents().map(|n| n / (n - 1.0));
+            let v = (DVec3::from_array(of.radii()) * local).abs();
+            ((v.x.powf(m2) + v.y.powf(m2)).powf(m1 / m2) + v.z.powf(m1)).powf(1.0 / m1)
+        }
         other => panic!("{other:?} is not convex"),
     }
 }
@@ -168,7 +173,12 @@ fn normals(bodies: &[Placed; 2], random: &mut ChaCha8Rng) -> Vec<DVec3> {
     for body in bodies {
         let axes = DMat3::from_quat(body.orientation);
         found.extend([axes.x_axis, axes.y_axis, axes.z_axis].into_iter().flat_map(|axis| [axis, -axis]));
-        if let Shape::Ellipsoid { radii } = body.shape {
+        let radii = match body.shape {
+            Shape::Ellipsoid { radii } => Some(radii),
+            Shape::Superellipsoid(of) => Some(of.radii()),
+            _ => None,
+        };
+        if let Some(radii) = radii {
             found.extend(even.clone().map(|u| (axes * (u / DVec3::from_array(radii))).normalize()));
         }
     }
@@ -258,6 +268,12 @@ pub fn sound(bodies: &[Placed; 2], found: &Separation, is_free: bool, rounding: 
         } else {
             // A convex body's point is as far along the normal as any.
             off = f64::max(off, (lever.dot(out) - support(body, out)).abs() / size);
+        }
+        if let Shape::Superellipsoid(of) = body.shape {
+            let v = (DMat3::from_quat(body.orientation).transpose() * lever / DVec3::from_array(of.radii())).abs();
+            let [n1, n2] = of.exponents();
+            let gauge = ((v.x.powf(n2) + v.y.powf(n2)).powf(n1 / n2) + v.z.powf(n1)).powf(1.0 / n1);
+            off = f64::max(off, (gauge - 1.0).abs() * body.shape.thickness() / size);
         }
         if let Shape::Ellipsoid { radii } = body.shape {
             let local = DMat3::from_quat(body.orientation).transpose() * lever / DVec3::from_array(radii);

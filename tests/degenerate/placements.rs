@@ -7,11 +7,14 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use relcp::internals::separation::Surface;
 use relcp::separation::Placed;
-use relcp::shape::Shape;
+use relcp::shape::{Shape, Superellipsoid};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// How far a placement is from the degenerate one, as a fraction of the sizes and as an angle.
 const OFFSETS: [f64; 5] = [0.0, 1e-16, 1e-12, 1e-8, 1e-4];
+
+/// The exponents of superellipsoids that are drawn.
+const EXPONENTS: [[f64; 2]; 7] = [[2.0; 2], [2.5; 2], [4.0; 2], [8.0; 2], [10.0; 2], [2.0, 8.0], [10.0, 2.5]];
 
 /// The kinds of bodies that are drawn: `thin` is an ellipsoid of aspect ratio 1000.
 pub const KINDS: [&str; 5] = ["sphere", "rod", "ellipsoid", "thin", "ring"];
@@ -71,6 +74,13 @@ pub fn shape(kind: &str, custom: &[Shape], random: &mut ChaCha8Rng) -> Shape {
         "ring" => {
             let major_radius = one_of(&[1.0, 1.0 + a, 30.0], random);
             Shape::Torus { major_radius, minor_radius: one_of(&[0.5, 0.1], random) }
+        }
+        "super" | "thin super" => {
+            let radii = match kind {
+                "super" => one_of(&[[a, 1.0, b], [a, a, b], [a, b, b], [a, a, a]], random),
+                _ => one_of(&[[0.5, 0.5, 300.0], [300.0, 300.0, 0.5], [0.5, 15.0, 300.0], [300.0, 0.5, 0.5]], random),
+            };
+            Shape::Superellipsoid(Superellipsoid::new(radii, one_of(&EXPONENTS, random)))
         }
         _ => one_of(custom, random),
     }

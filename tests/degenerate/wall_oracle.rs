@@ -29,6 +29,15 @@ fn point(body: &Placed, n: DVec3) -> DVec3 {
             axes * (radii * radii * local / (radii * local).length())
         }
         Shape::Convex(shape) => axes * shape.point(local),
+        Shape::Superellipsoid(of) => {
+            let (radii, [m1, m2]) = (DVec3::from_array(of.radii()), of.exponents().map(|n| n / (n - 1.0)));
+            let v = (radii * local).abs();
+            let across = (v.x.powf(m2) + v.y.powf(m2)).powf(1.0 / m2);
+            let whole = (across.powf(m1) + v.z.powf(m1)).powf(1.0 / m1);
+            let part = |x: f64| if across > 0.0 { (x / across).powf(m2 - 1.0) } else { 0.0 };
+            let out = (across / whole).powf(m1 - 1.0);
+            axes * (radii * DVec3::new(out * part(v.x), out * part(v.y), (v.z / whole).powf(m1 - 1.0)) * local.signum())
+        }
         other => panic!("{other:?} has a centreline"),
     }
 }

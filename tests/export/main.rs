@@ -12,6 +12,7 @@ mod gsd_file;
 mod program;
 mod readers;
 mod scenes;
+mod superellipsoids;
 mod text_files;
 mod vtk;
 mod vtp_file;

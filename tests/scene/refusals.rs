@@ -47,7 +47,11 @@ impl Broken {
 
 #[test]
 fn broken_scenes_are_refused_with_kind_key_place_and_message() {
-    let tables = [include_str!("../broken_scenes/table.json"), include_str!("../broken_scenes/motion.json")];
+    let tables = [
+        include_str!("../broken_scenes/table.json"),
+        include_str!("../broken_scenes/motion.json"),
+        include_str!("../broken_scenes/superellipsoids.json"),
+    ];
     let table: Vec<Broken> = tables.iter().flat_map(|table| serde_json::from_str::<Vec<_>>(table).unwrap()).collect();
     assert!(table.len() >= 60);
     let mut wrong = Vec::new();

@@ -126,10 +126,15 @@ impl Convex {
     pub(super) fn of_superellipsoid(norm: Norm) -> Convex {
         let least_radius = |n: DVec3| {
             let (h11, h12, h22) = norm.hessian(n, n.any_orthonormal_pair());
-            0.5 * (h11 + h22) - (0.5 * (h11 - h22)).hypot(h12)
+            let largest = 0.5 * (h11 + h22) + (0.5 * (h11 - h22)).hypot(h12);
+            (h11 * h22 - h12 * h12) / largest
         };
-        // All octants are alike.
-        let normals = sample::directions(ROUNDNESS_FREQUENCY, norm.half_widths()).filter(|n| n.min_element() >= 0.0);
+        // A slender body's edges are most curved at normals between those of evenly spread points and even ones. All
+        // octants are alike.
+        let normals = [0.0, 0.5, 1.0].into_iter().flat_map(|stretch| {
+            let widths = norm.half_widths().powf(stretch);
+            sample::directions(ROUNDNESS_FREQUENCY, widths).filter(|n| n.min_element() >= 0.0)
+        });
         let measured = Measured {
             id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
             bounding_radius: norm.bounding_radius(),
@@ -163,6 +168,15 @@ impl Convex {
         match &self.0.function {
             Function::Given { function, step } => sample::hessian(&**function, n, basis, *step),
             Function::Superellipsoid(norm) => norm.hessian(n, basis),
+        }
+    }
+
+    /// The norm of a superellipsoid.
+    #[inline]
+    pub(crate) fn norm(&self) -> Option<&'static Norm> {
+        match &self.0.function {
+            Function::Given { .. } => None,
+            Function::Superellipsoid(norm) => Some(norm),
         }
     }
 
