@@ -135,10 +135,14 @@ function readShapes(table, read, state) {
   const [low, high] = state.ranges.half_length ?? [0, 0];
   for (let i = 0; i < state.bodies; i++) {
     const row = state.list[i];
-    const kind = shape[4 * i] = (table.kind[row] & 7) + (table.kind[row] >>> 3) / 1048576;
-    shape[4 * i + 1] = half && kind === 1 ? low + (high - low) * half[i] / 65535 : sizes[0][row];
-    shape[4 * i + 2] = sizes[1][row];
-    shape[4 * i + 3] = sizes[2][row];
+    const kind = table.kind[row] & 7;
+    shape[4 * i] = kind + (table.kind[row] >>> 3) / 1048576;
+    const length = half && (kind === 1 || kind === 3) ? low + (high - low) * half[i] / 65535 : 0;
+    // An ellipsoid that grows keeps the radii of curvature of its tips, those on its last axis.
+    const across = kind === 3 && length > 0 ? Math.sqrt(length / sizes[2][row]) : 1;
+    shape[4 * i + 1] = kind === 1 && half ? length : across * sizes[0][row];
+    shape[4 * i + 2] = across * sizes[1][row];
+    shape[4 * i + 3] = kind === 3 && length > 0 ? length : sizes[2][row];
   }
 }
 

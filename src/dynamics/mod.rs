@@ -45,7 +45,7 @@ pub(crate) use force::along;
 pub(crate) use force::force_fields;
 pub use force::{Force, ForceField, Frame, Load, Window};
 pub(crate) use growth::{Cells, MOST_LENGTH_NOISE, Species, stretch};
-pub use growth::{DivisionRule, Growth, OnNoRoom, Stop, StopReason};
+pub use growth::{DivisionRule, GrowingShape, Growth, OnNoRoom, Stop, StopReason};
 pub(crate) use inertial::Inertial;
 pub use law::Dynamics;
 pub(crate) use law::law;

@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 /// A loop over fewer pairs than this runs on one thread: a separation of rods takes some 0.1 us.
 const LEAST_PAIRS_A_TASK: usize = 256;
 
-/// The pressure of each cell; zero for a body that does not grow. `warm` is what the step that left `bodies` remembers
+/// The pressure of each cell; zero for a body that is neither a rod nor an ellipsoid. `warm` is what the step that left `bodies` remembers
 /// of its near pairs, sorted by pair, of smooth surfaces. The sums run in that order, so that the bits depend on
 /// nothing else.
 pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
@@ -46,8 +46,8 @@ pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
     for (body, virial) in parts.into_iter().flatten().flatten() {
         pressures[body] += virial;
     }
-    for (pressure, shape) in pressures.iter_mut().zip(&bodies.shape) {
-        *pressure = volume(shape, planar).map_or(0.0, |volume| *pressure / volume);
+    for (i, pressure) in pressures.iter_mut().enumerate() {
+        *pressure = volume(bodies, i, planar).map_or(0.0, |volume| *pressure / volume);
     }
     pressures
 }
@@ -61,8 +61,12 @@ pub(crate) fn virial_of_wall(bodies: &Bodies, warm: &Warm) -> Option<f64> {
 }
 
 /// The dimension times a cell's volume, or in the plane the area of its section.
-fn volume(shape: &Shape, planar: bool) -> Option<f64> {
+fn volume(bodies: &Bodies, i: usize, planar: bool) -> Option<f64> {
+    let shape = &bodies.shape[i];
     let (length, diameter) = (shape.growing_length()?, shape.thickness());
+    if let (Shape::Ellipsoid { .. }, true) = (shape, planar) {
+        return Some(2.0 * shape.section(bodies.orientation[i]));
+    }
     let area = 0.25 * PI * diameter * diameter;
     Some(if planar { 2.0 * (area + (length - diameter) * diameter) } else { 3.0 * shape.volume() })
 }

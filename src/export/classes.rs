@@ -283,7 +283,7 @@ mod tests {
         let width = 1.0 / MOST_TYPES as f64;
         for shape in &shapes {
             let drawn = classes.0[1].shapes[classes.of(shape) as usize];
-            let [true_length, length] = [shape, &drawn].map(|shape| shape.growing_length().unwrap());
+            let [true_length, length] = [shape, &drawn].map(|shape| shape.rod_length().unwrap());
             assert!((true_length - length).abs() <= 0.5 * width + 1e-12);
             assert_eq!(drawn.thickness(), 0.5);
         }

@@ -1,6 +1,5 @@
 //! The grid of a field, and which of its cells a body lies in.
 
-use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 
 /// Points on the axis of a body are no farther apart than this part of a grid cell.
@@ -97,15 +96,14 @@ impl Grid {
         (0..2).all(|k| (point[k] - self.center[k]).abs() <= reach(k))
     }
 
-    /// The cells that a body is in, with the parts of it, which sum up to one: those about points on its axis that
-    /// stand for equal parts of it.
+    /// The cells that a body is in, with the parts of it, which sum up to one: those about points on this length of its
+    /// axis that stand for equal parts of it.
     pub(super) fn shares(
         &self,
-        (shape, position, orientation): (&Shape, DVec3, DQuat),
+        (length, position, orientation): (f64, DVec3, DQuat),
         periodic: [bool; 3],
         mut see: impl FnMut(Share),
     ) {
-        let length = shape.growing_length().unwrap_or(0.0);
         let points = (POINTS_PER_CELL * length / self.spacing).ceil().clamp(1.0, MOST_POINTS);
         let axis = orientation * (length * DVec3::Z);
         for i in 0..points as usize {
@@ -150,10 +148,9 @@ mod tests {
 
     #[test]
     fn a_long_rod_is_in_all_cells_along_it() {
-        let rod = Shape::Spherocylinder { diameter: 0.2, length: 2.0 };
         let turned = DQuat::from_rotation_arc(DVec3::Z, DVec3::X);
         let mut parts = vec![0.0; GRID.len()];
-        GRID.shares((&rod, DVec3::new(1.0, 0.0, 0.0), turned), [false; 3], |(cell, part)| parts[cell] += part);
+        GRID.shares((2.0, DVec3::new(1.0, 0.0, 0.0), turned), [false; 3], |(cell, part)| parts[cell] += part);
         assert!(parts[4..8].iter().all(|part| (part - 0.25).abs() < 0.04), "{parts:?}");
         assert!((parts[4..8].iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }

@@ -19,8 +19,10 @@ pub use grid::Grid;
 pub use settings::{Border, Borders, Exchange, Field, Held, Nutrient};
 
 use crate::bodies::Bodies;
+use crate::shape::Shape;
 use diffusion::{Ends, diffuse};
 use exchange::after_uptake;
+use glam::{DQuat, DVec3};
 use held::{HeldCells, held_cells, hold};
 use std::collections::BTreeMap;
 
@@ -44,7 +46,14 @@ pub struct Fields {
     groups: Vec<String>,
     periodic: [bool; 3],
     planar: bool,
+    /// Whether ellipsoids are in the cells along their z, not only in those about their centres: where they grow.
+    along_ellipsoids: bool,
 }
+
+/// The part of an ellipsoid's z axis along which it counts as evenly spread, with its second moment there: in space,
+/// where that is a fifth of its squared semi-axis, and in the plane, where it is a fourth.
+const SPREAD: f64 = 0.774_596_669_241_483_4;
+const SPREAD_IN_PLANE: f64 = 0.866_025_403_784_438_6;
 
 impl Concentration {
     /// The amount in all cells: in a planar scene concentration times area, else times volume.
@@ -81,7 +90,23 @@ impl Fields {
     pub fn new(fields: &BTreeMap<String, Field>, groups: &[String], periodic: [bool; 3], planar: bool) -> Fields {
         let list: Vec<(String, Field)> = fields.iter().map(|(name, field)| (name.clone(), field.clone())).collect();
         let held = list.iter().map(|(_, field)| held_cells(&field.grid(), &field.held, planar)).collect();
-        Fields { list, held, groups: groups.to_vec(), periodic, planar }
+        Fields { list, held, groups: groups.to_vec(), periodic, planar, along_ellipsoids: false }
+    }
+
+    /// With ellipsoids in the cells along their z.
+    pub fn with_ellipsoids_along(self, along_ellipsoids: bool) -> Fields {
+        Fields { along_ellipsoids, ..self }
+    }
+
+    /// The length of a body's axis along which it is in cells, and its pose.
+    fn place(&self, bodies: &Bodies, i: usize) -> (f64, DVec3, DQuat) {
+        let length = match bodies.shape[i] {
+            Shape::Ellipsoid { radii: [.., z] } if self.along_ellipsoids => {
+                2.0 * z * if self.planar { SPREAD_IN_PLANE } else { SPREAD }
+            }
+            shape => shape.rod_length().unwrap_or(0.0),
+        };
+        (length, bodies.position[i], bodies.orientation[i])
     }
 
     /// Whether there are none.
@@ -103,7 +128,7 @@ impl Fields {
     pub fn seen(&self, name: &str, state: &[Concentration], bodies: &Bodies, i: usize) -> Option<f64> {
         let Concentration { grid, values, .. } = state.iter().find(|of| of.name == name)?;
         let mut sum = 0.0;
-        grid.shares(body(bodies, i), self.periodic, |(cell, part)| sum += part * values[cell]);
+        grid.shares(self.place(bodies, i), self.periodic, |(cell, part)| sum += part * values[cell]);
         Some(sum)
     }
 
@@ -143,7 +168,7 @@ impl Fields {
                 let shape = &bodies.shape[i];
                 let size = if self.planar { shape.section(bodies.orientation[i]) } else { shape.volume() };
                 let amount = exchange.uptake.or(exchange.secretion).unwrap_or(0.0) * size * per_cell;
-                grid.shares(body(bodies, i), self.periodic, |(cell, part)| of[cell] += amount * part);
+                grid.shares(self.place(bodies, i), self.periodic, |(cell, part)| of[cell] += amount * part);
             }
         }
         let mut uptakes = Vec::with_capacity(field.exchange.len());
@@ -162,10 +187,6 @@ impl Fields {
             }
         }
     }
-}
-
-fn body(bodies: &Bodies, i: usize) -> (&crate::Shape, glam::DVec3, glam::DQuat) {
-    (&bodies.shape[i], bodies.position[i], bodies.orientation[i])
 }
 
 #[cfg(test)]

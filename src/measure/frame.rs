@@ -5,7 +5,7 @@ use crate::dynamics::{Drag, Stream};
 use crate::fixed::Fixed;
 use crate::periodic::CellShear;
 use crate::record::{States, StatesError, scene_of};
-use crate::scene::{self, Scene};
+use crate::scene::{self, Growth, Scene};
 use crate::step::Method;
 use crate::walls::Wall;
 use serde::Serialize;
@@ -40,6 +40,9 @@ pub struct Frame {
     /// Whether contacts are those of sub-spheres, if the scene is available.
     #[serde(skip)]
     pub(super) sub_spheres: bool,
+    /// How its scene's bodies grow, if the scene is available.
+    #[serde(skip)]
+    pub(super) growth: Vec<Growth>,
     /// Whether its scene removes bodies.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub removes: bool,
@@ -66,6 +69,7 @@ impl Frame {
             walls: Vec::new(),
             group_names: Vec::new(),
             sub_spheres: false,
+            growth: Vec::new(),
             removes: false,
         })
     }
@@ -85,6 +89,7 @@ impl Frame {
             walls: scene.walls.clone(),
             group_names: scene.group_names(),
             sub_spheres: matches!(scene.contact.method, Method::Multisphere { .. }),
+            growth: scene.growth.clone(),
             removes: !scene.removal.is_empty(),
         }
     }

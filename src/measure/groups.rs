@@ -77,7 +77,7 @@ impl Measure for Groups {
         let all = bodies.len() as f64;
         let mut lengths = BTreeMap::<u32, (f64, usize)>::new();
         for (shape, group) in bodies.shape.iter().zip(&bodies.group) {
-            let Some(length) = shape.growing_length() else { continue };
+            let Some(length) = view.length(shape) else { continue };
             let own = lengths.entry(number(*group)).or_default();
             *own = (own.0 + length, own.1 + 1);
         }

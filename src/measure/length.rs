@@ -1,4 +1,4 @@
-//! Lengths of rods, tip to tip: mean, standard deviation (of the population: divided by N), extremes, histogram.
+//! Lengths of rods and of other bodies that grow, tip to tip: mean, standard deviation (of the population: divided by N), extremes, histogram.
 
 use super::view::median;
 use super::{About, Column, Counts, Found, LeftOut, Marks, Measure, Profile, Spread, View, cell, count};
@@ -41,7 +41,7 @@ impl Measure for Length {
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
-        let rods = || view.bodies().shape.iter().filter_map(|shape| Some((shape.growing_length()?, shape.thickness())));
+        let rods = || view.bodies().shape.iter().filter_map(|shape| Some((view.length(shape)?, shape.thickness())));
         let lengths: Vec<f64> = rods().map(|(length, _)| length).collect();
         if lengths.is_empty() {
             return Err("no body has a length, tip to tip".into());

@@ -63,6 +63,7 @@ fn frame(planar: bool) -> Frame {
         walls: Vec::new(),
         group_names: Vec::new(),
         sub_spheres: false,
+        growth: Vec::new(),
         removes: false,
     }
 }

@@ -6,6 +6,7 @@ use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::dynamics::virial_of_wall;
 use crate::record::{ContactForce, Snapshot, TOUCHING, contacts};
 use crate::separation::{branch, is_branch, separate_in};
+use crate::shape::Shape;
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use glam::DVec3;
@@ -89,6 +90,12 @@ impl<'a> View<'a> {
     /// Width of bins of distance.
     pub fn bin(&self) -> f64 {
         self.settings.bin.unwrap_or_else(|| median(self.bodies().shape.iter().map(|shape| shape.thickness())))
+    }
+
+    /// The length of a rod, or of another body that grows.
+    pub fn length(&self, shape: &Shape) -> Option<f64> {
+        let grown = || self.frame.growth.iter().find_map(|growth| growth.length_of(shape));
+        shape.rod_length().or_else(grown)
     }
 
     /// The distance up to which pairs touch.

@@ -335,10 +335,10 @@ impl PySimulation {
     /// slice or a mask) or `ids`; a single row stands for all of these. All is set, or after an exception nothing.
     ///
     /// `position` (N, 3); `orientation` (N, 4), [w, x, y, z], normalized; `velocity` and `angular_velocity` (N, 3),
-    /// under the inertial law; `length` (N,), tip to tip, of spherocylinders; `rate` (N,), relative growth per time,
-    /// and `division_length` (N,), of cells that grow, in place of their species' (infinite: never divides); `group`
-    /// (N,), by name or index (NO_GROUP, or None in a list: none); `columns`, a dict of names to arrays (N,) of your
-    /// own, which daughters inherit and states hold. On a GPU the state is read back and written.
+    /// under the inertial law; `length` (N,), tip to tip, of spherocylinders and of ellipsoids that grow; `rate` (N,),
+    /// relative growth per time, and `division_length` (N,), of cells that grow, in place of their species' (infinite:
+    /// never divides); `group` (N,), by name or index (NO_GROUP, or None in a list: none); `columns`, a dict of names
+    /// to arrays (N,) of your own, which daughters inherit and states hold. On a GPU the state is read back and written.
     ///
     /// Raises ValueError with the argument and the row, IndexError for bodies that there are not.
     #[pyo3(signature = (

@@ -42,8 +42,8 @@ mod write;
 
 pub use crate::constraint::friction::{Friction, GroupFriction, Restitution};
 pub use crate::dynamics::{
-    Bending, Bond, DaughterBond, DivisionRule, Drag, Dynamics, Flow, Force, Frame, Growth, Joint, OnNoRoom, Stop,
-    StopReason, Thermal, Window,
+    Bending, Bond, DaughterBond, DivisionRule, Drag, Dynamics, Flow, Force, Frame, GrowingShape, Growth, Joint,
+    OnNoRoom, Stop, StopReason, Thermal, Window,
 };
 pub use crate::fields::{Border, Borders, Exchange, Field, Held, Nutrient};
 pub use crate::lcp::SolverKind;
@@ -146,7 +146,7 @@ pub struct Scene {
     /// Periods of space: bodies that leave through one side meet those at the other side.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub periodic: Option<Periodic>,
-    /// Growth and division of spherocylinders: an object, or a list of objects, species of bodies that each belong to
+    /// Growth and division of spherocylinders or ellipsoids: an object, or a list of objects, species of bodies that each belong to
     /// one `group`.
     #[cfg_attr(feature = "files", serde(default, with = "crate::dynamics::growth::one_or_list"))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]

@@ -2,8 +2,8 @@
 
 use super::generate::bonds_of_chain;
 use super::{
-    Body, Bond, ContactSettings, Dump, Generate, Growth, Joint, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop,
-    unit_quaternion,
+    Body, Bond, ContactSettings, Dump, Generate, GrowingShape, Growth, Joint, Recursion, Rows, SMALLEST_NUMBER, Scene,
+    Stop, unit_quaternion,
 };
 use crate::bodies::{Bodies, HeldBond};
 use crate::constraint::friction::Coefficients;
@@ -78,14 +78,25 @@ impl Scene {
     }
 
     /// Distance within which pairs are near at a step's start: as given, or a tenth of the thinnest starting body's
-    /// thickness (growth and division leave it as it is).
+    /// thickness.
     pub fn cutoff(&self) -> f64 {
-        self.cutoff_of(self.shapes().map(|(_, _, shape)| shape))
+        self.contact.cutoff_of(self.shapes().map(|(_, _, shape)| shape))
     }
 
     /// As [`Scene::cutoff`], for bodies of these shapes instead of the scene's.
     pub fn cutoff_of(&self, shapes: impl Iterator<Item = Shape>) -> f64 {
-        self.contact.cutoff_of(shapes)
+        if self.grows_ellipsoids() { self.cutoff() } else { self.contact.cutoff_of(shapes) }
+    }
+
+    /// Whether ellipsoids grow. They become thinner when they divide; their cutoff stays that of the start.
+    fn grows_ellipsoids(&self) -> bool {
+        self.growth.iter().any(|growth| growth.shape == GrowingShape::Ellipsoid)
+    }
+
+    /// The least thickness that a body may have in the run, where ellipsoids grow.
+    fn thinnest_ever(&self) -> Option<f64> {
+        let born = self.growing().map(|(_, _, shape, growth, _)| growth.shortest(&shape).thickness());
+        self.grows_ellipsoids().then(|| born.fold(self.thinnest(), f64::min))
     }
 
     /// The thinnest starting body's thickness; infinite without bodies.
@@ -203,6 +214,12 @@ impl Scene {
         u64::from(low) | u64::from(high) << 32
     }
 
+    /// The growth and the length of a body of this group and shape, if it grows.
+    pub(crate) fn growth_of_body(&self, group: Option<&str>, shape: &Shape) -> Option<(&Growth, f64)> {
+        let growth = self.growth_of(group)?;
+        Some((growth, growth.length_of(shape)?))
+    }
+
     /// How cells grow, if any do.
     #[doc(hidden)]
     pub fn cells(&self) -> Option<Cells> {
@@ -216,7 +233,8 @@ impl Scene {
     /// The fields, as steps take them on.
     pub(crate) fn fields(&self) -> Fields {
         let periodic = self.periodic.map_or([false; 3], |cell| cell.lengths.map(|length| length.is_some()));
-        Fields::new(&self.fields, &self.group_names(), periodic, self.planar)
+        let fields = Fields::new(&self.fields, &self.group_names(), periodic, self.planar);
+        fields.with_ellipsoids_along(self.grows_ellipsoids())
     }
 
     /// How bodies are removed, if any are.
@@ -324,6 +342,7 @@ impl Scene {
     /// The model for the steps of this scene.
     #[doc(hidden)]
     pub fn model(&self) -> Model {
+        let cutoff = if self.grows_ellipsoids() { Some(self.cutoff()) } else { self.contact.cutoff };
         Model {
             seed: self.seed_of_steps(),
             planar: self.planar,
@@ -340,8 +359,9 @@ impl Scene {
             periods: self.periods(),
             confined: !self.walls.is_empty() || self.periodic.is_some(),
             cells: self.cells(),
+            thinnest: self.thinnest_ever(),
             friction: self.friction(),
-            contact: ContactSettings { recursion: self.recursion(), ..self.contact.clone() },
+            contact: ContactSettings { recursion: self.recursion(), cutoff, ..self.contact.clone() },
             solver: self.solver.kind,
             lcp: self.lcp_settings(),
         }

@@ -122,6 +122,30 @@ fn centres(least: f64, major: f64, count: usize) -> Vec<f64> {
     at
 }
 
+/// Bits of a tip's radius of curvature that are dropped. What is left does not depend on at which length the radius is
+/// computed, which changes its last three bits: however a body grew, it has the same bits at the same length.
+const DROPPED_BITS: u32 = 6;
+
+/// How much flatter than a ball an ellipsoid may be that grows, relative to its length: for rounding.
+const FLATTER: f64 = 1e-9;
+
+/// The radii of curvature of the tips on z, along x and y.
+pub(super) fn tips([x, y, z]: [f64; 3]) -> [f64; 2] {
+    [x, y].map(|radius| {
+        let bits = (radius * radius / z).to_bits();
+        f64::from_bits((bits + (1 << (DROPPED_BITS - 1))) >> DROPPED_BITS << DROPPED_BITS)
+    })
+}
+
+/// The ellipsoid with the same tips and another semi-axis along z, if it is not flatter than a ball. A tip at the origin
+/// has the half width `sqrt(r (2 h - h^2 / z))` at the height `h`, with its radius of curvature `r`: it rises with the
+/// semi-axis `z`, so that a shorter ellipsoid with the same tips lies in a longer one that it touches at a tip.
+pub(super) fn grown(radii: [f64; 3], z: f64) -> Option<[f64; 3]> {
+    let tips = tips(radii);
+    let [x, y] = tips.map(|tip| (tip * z).sqrt());
+    (z * (1.0 + FLATTER) >= tips[0].max(tips[1])).then_some([x, y, z])
+}
+
 /// The axis about which two radii are equal, where one is not.
 pub(super) fn axis_of_revolution([a, b, c]: [f64; 3]) -> Option<DVec3> {
     match (a == b, b == c, c == a) {

@@ -319,23 +319,36 @@ impl Shape {
         }
     }
 
-    /// The length that growth changes: tip to tip of a spherocylinder; `None` for a shape that has none.
+    /// The length of a rod, tip to tip; `None` for other shapes.
     #[inline]
-    pub fn growing_length(&self) -> Option<f64> {
+    pub fn rod_length(&self) -> Option<f64> {
         match *self {
             Shape::Spherocylinder { length, .. } => Some(length),
             _ => None,
         }
     }
 
-    /// The same shape at another length; `None` where the shape has no length that grows, or where the length would be
-    /// less than the diameter.
+    /// The length that growth changes: tip to tip along the body's z; `None` for a shape that cannot grow.
+    #[inline]
+    pub fn growing_length(&self) -> Option<f64> {
+        match *self {
+            Shape::Ellipsoid { radii: [.., z] } => Some(2.0 * z),
+            _ => self.rod_length(),
+        }
+    }
+
+    /// The same shape at another length, with the same tips: a spherocylinder keeps its diameter, an ellipsoid the
+    /// radii of curvature `x^2 / z` and `y^2 / z` of its tips. `None` where the shape cannot grow, or would be shorter
+    /// than wide.
     ///
     /// ```
     /// use relcp::shape::Shape;
     /// let cell = Shape::Spherocylinder { diameter: 0.5, length: 4.0 };
     /// assert_eq!(cell.grown(2.0), Some(Shape::Spherocylinder { diameter: 0.5, length: 2.0 }));
     /// assert_eq!(cell.grown(0.4), None);
+    /// let cell = Shape::Ellipsoid { radii: [1.0, 1.0, 2.0] };
+    /// assert_eq!(cell.grown(1.0), Some(Shape::Ellipsoid { radii: [0.5, 0.5, 0.5] }));
+    /// assert_eq!(cell.grown(0.9), None);
     /// assert_eq!(Shape::Sphere { radius: 1.0 }.grown(2.0), None);
     /// ```
     #[inline]
@@ -344,7 +357,24 @@ impl Shape {
             Shape::Spherocylinder { diameter, .. } if length >= diameter => {
                 Some(Shape::Spherocylinder { diameter, length })
             }
+            Shape::Ellipsoid { radii } => ellipsoid::grown(radii, 0.5 * length).map(|radii| Shape::Ellipsoid { radii }),
             _ => None,
+        }
+    }
+
+    /// The radii of curvature of an ellipsoid's tips on z, along x and y.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn tips(&self) -> Option<[f64; 2]> {
+        if let Shape::Ellipsoid { radii } = *self { Some(ellipsoid::tips(radii)) } else { None }
+    }
+
+    /// The least length of a shape that grows, which growth does not change: the diameter of its tips. Of a shape that
+    /// cannot grow its thickness.
+    #[inline]
+    pub fn shortest_length(&self) -> f64 {
+        match *self {
+            Shape::Ellipsoid { radii } => 2.0 * ellipsoid::tips(radii)[0].max(ellipsoid::tips(radii)[1]),
+            _ => self.thickness(),
         }
     }
 

@@ -42,6 +42,8 @@ pub struct Model {
     pub confined: bool,
     /// How cells grow, where any do.
     pub cells: Option<Cells>,
+    /// The least thickness that a body may have, where growth changes it.
+    pub thinnest: Option<f64>,
     /// How contacts are resolved; `recursion` is not `Auto`.
     pub contact: ContactSettings,
     /// The friction of contacts.

@@ -63,10 +63,13 @@ impl Table {
         row
     }
 
-    /// Whether a rod is no longer as long as when it was first met.
+    /// Whether a rod or an ellipsoid is no longer as long as when it was first met.
     pub fn grown(&self, bodies: &Bodies, rows: &[u32]) -> bool {
         bodies.shape.iter().zip(rows).any(|(shape, row)| {
-            let (first, now) = (self.sizes[0][*row as usize], half_segment(shape));
+            let row = *row as usize;
+            // An ellipsoid's semi-axis along z is its last size.
+            let first = self.sizes[if self.kind[row] == 3 { 2 } else { 0 }][row];
+            let now = half_segment(shape);
             (now - first).abs() > SAME_LENGTH * first
         })
     }

@@ -18,6 +18,7 @@ mod fixed;
 mod flow;
 mod fluid;
 mod forces;
+mod growing_ellipsoids;
 mod held_bonds;
 mod implicit_bonds;
 mod joints;

@@ -17,6 +17,7 @@ const SHEARED: [&str; 2] = ["sheared.json", "time.end=3"];
 const BONDED: [&str; 2] = ["chaining", "time.end=2"];
 const ROUGH: [&str; 2] = ["pile", "time.end=1"];
 const FED: [&str; 2] = ["fed.json", "time.end=6"];
+const ELLIPSOIDS: [&str; 2] = ["ellipsoids.json", "time.end=5"];
 const HEAVY: [&str; 2] = ["heavy.json", "time.end=4"];
 
 /// Cells in a viscous fluid that grow by a field, die, and are pressed by a wall with drag that moves sideways.
@@ -34,6 +35,16 @@ const CULTURE: &str = r#"{"name": "fed", "seed": 3, "planar": true, "time": {"dt
             "repeat": [{"count": 4, "offset": [4, 0, 0]}]}},
         {"lattice": {"kind": "square", "shape": {"sphere": {"radius": 0.4}}, "spacing": 2, "counts": [8, 2, 1],
             "center": [0, 6, 0], "group": "balls"}}]}"#;
+
+/// Ellipsoids that grow by a field and slow down under pressure, in a round container.
+const ROUND: &str = r#"{"name": "ellipsoids", "seed": 3, "planar": true, "time": {"dt": 0.004, "end": 5},
+    "dynamics": {"overdamped": {"drag": {"viscosity": 0.3}}},
+    "walls": [{"cylinder": {"center": [0, 0, 0], "axis": [0, 0, 1], "radius": 4}}],
+    "fields": {"food": {"cells": [8, 8, 1], "spacing": 1, "diffusion": 3, "initial": 1,
+        "exchange": [{"uptake": 0.3, "half": 0.2}], "boundary": {"x": [{"value": 1}, "closed"]}}},
+    "growth": {"shape": "ellipsoid", "rate": 1, "rate_noise": 0.1, "division_length": 2, "reorientation_degrees": 10,
+        "nutrient": {"field": "food", "half": 0.2}, "stress_sensitivity": 0.1, "on_no_room": "stall"},
+    "bodies": [{"shape": {"ellipsoid": {"radii": [0.35, 0.35, 0.7]}}, "position": [1, 0, 0], "angle": 20}]}"#;
 
 /// Bodies with inertia that drag along their axes slows, under a wall with a mass.
 const PRESS: &str = r#"{"name": "heavy", "seed": 3, "time": {"dt": 0.004, "end": 4},
@@ -74,7 +85,7 @@ fn start(place: &Path, [scene, end]: [&str; 2], folder: &str) -> Command {
 fn killed_and_resumed(scene: [&str; 2], seed: u64) {
     let kills = std::env::var("RELCP_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(KILLS);
     let place = tempfile::tempdir().unwrap();
-    for ([file, _], text) in [(SHEARED, SUSPENSION), (FED, CULTURE), (HEAVY, PRESS)] {
+    for ([file, _], text) in [(SHEARED, SUSPENSION), (FED, CULTURE), (ELLIPSOIDS, ROUND), (HEAVY, PRESS)] {
         std::fs::write(place.path().join(file), text).unwrap();
     }
     let begun = Instant::now();
@@ -154,4 +165,9 @@ fn cells_that_feed_under_a_loaded_wall() {
 #[test]
 fn bodies_with_drag_by_axis_under_a_heavy_wall() {
     killed_and_resumed(HEAVY, 7);
+}
+
+#[test]
+fn ellipsoids_that_grow_in_a_round_container() {
+    killed_and_resumed(ELLIPSOIDS, 8);
 }

@@ -65,7 +65,7 @@ impl Setup {
             has_inertia: model.dynamics.has_inertia(),
             overlap_tolerance: model.contact.overlap_tolerance,
             cutoff: model.contact.cutoff_of(shapes().copied()),
-            thinnest: shapes().map(Shape::thickness).fold(f64::INFINITY, f64::min),
+            thinnest: shapes().map(Shape::thickness).fold(model.thinnest.unwrap_or(f64::INFINITY), f64::min),
             leads_ahead: leads_ahead(model),
             law: dynamics::law(&model.dynamics),
         }

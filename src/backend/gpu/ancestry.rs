@@ -14,7 +14,7 @@ pub(super) struct Growing {
     /// Its growing length (NaN for a body that does not grow), and the condition on which it divides.
     pub length: f64,
     due: Due,
-    /// The shape whose thickness a dividing body has; its length is not used.
+    /// The shape whose thickness or tips a dividing body has; its length is not used.
     shape: Shape,
     /// What of its growth is its own.
     own: OwnGrowth,
@@ -60,6 +60,11 @@ impl Growing {
         Growing { length, due: species.due(line, &shape, own), shape, own, rate, factor: (rate * interval).exp() }
     }
 
+    /// The radii of curvature of the tips of an ellipsoid that grows; zero for other bodies.
+    pub fn tips(&self) -> [f64; 2] {
+        self.shape.tips().filter(|_| !self.length.is_nan()).unwrap_or_default()
+    }
+
     /// The entry of a body that does not grow.
     fn none(shape: Shape) -> Growing {
         let due = Due { length: f64::INFINITY, time: f64::INFINITY };
@@ -72,12 +77,12 @@ impl Ancestry {
     pub fn of(setup: &Setup, state: &State, prescribed: impl Iterator<Item = f64>) -> Ancestry {
         let (interval, bodies) = (setup.length_of(setup.first_part()), &state.bodies);
         let growing = |cells: &Cells| {
-            let own = |(i, length): (usize, f64)| match (bodies.shape[i].growing_length(), cells.of(bodies.group[i])) {
-                (Some(_), Some(species)) => {
+            let own = |(i, length): (usize, f64)| match cells.of_body(bodies.group[i], &bodies.shape[i]) {
+                Some((species, _)) => {
                     let body = (length, bodies.shape[i], bodies.columns.growth(i));
                     Growing::new(&species, interval, &bodies.lineage[i], body, 0.0)
                 }
-                _ => Growing::none(bodies.shape[i]),
+                None => Growing::none(bodies.shape[i]),
             };
             prescribed.take(bodies.len()).enumerate().map(own).collect()
         };
@@ -185,6 +190,15 @@ impl Ancestry {
     pub fn write_lengths(&self, bodies: &mut Bodies) {
         for (shape, own) in bodies.shape.iter_mut().zip(&self.growing) {
             *shape = shape.grown(own.length).unwrap_or(*shape);
+        }
+    }
+
+    /// Sets the radii of ellipsoids that grow to those at the lengths of these shapes, which a device rounds.
+    pub fn write_radii(&self, shapes: &mut [Shape]) {
+        for (shape, own) in shapes.iter_mut().zip(&self.growing).filter(|(_, own)| !own.length.is_nan()) {
+            if let Shape::Ellipsoid { radii: [.., half] } = *shape {
+                *shape = own.shape.grown(2.0 * half).unwrap_or(*shape);
+            }
         }
     }
 

@@ -3,17 +3,18 @@
 //! state is read back in each step.
 
 use super::Setup;
-use super::ancestry::Ancestry;
+use super::ancestry::{Ancestry, Growing};
 use super::source::base;
 use super::start::Start;
 use super::states::{Poses, Shapes, States};
 use super::unrounded::split_length;
 use crate::dynamics::growth::Turn;
 use crate::gpu::{Buffer, Gpu, GpuError, Made, Recorder, Source, arrays, fragment, functions, kernels};
-use crate::shape::gpu::add_shapes_to;
+use crate::shape::gpu::{add_shapes_to, add_tags_to};
 
 functions! {
     pub(super) Grow = struct GrowArgs<'a> { bodies: u64, shapes: &'a Shapes, own: &'a GrowthBuffers }
+    pub(super) Reshape = struct ReshapeArgs<'a> { bodies: u64, shapes: &'a Shapes, own: &'a GrowthBuffers }
     pub(super) Divide = struct DivideArgs<'a> {
         divisions: u64, own: &'a GrowthBuffers, start: &'a Poses, shapes: &'a Shapes,
     }
@@ -24,12 +25,19 @@ kernels! {
     pub(super) struct GrowthKernels for setup: &Setup {
         grow: Grow = with_lengths(setup, "grow").include(fragment!("dynamics/grow.wgsl")),
         divide: Divide = with_lengths(setup, "divide").include(fragment!("dynamics/divide.wgsl")),
+        /// Sets the radii of growing ellipsoids to those at their lengths.
+        reshape: Option<Reshape> = setup.grows_ellipsoids()
+            .then(|| base(setup, "reshape").include(fragment!("dynamics/reshape.wgsl"))),
     }
 }
 
 /// A source with the functions for shapes and growing lengths.
 fn with_lengths(setup: &Setup, name: &str) -> Source {
-    add_shapes_to(base(setup, name).real("LENGTH_PITCH", setup.length_pitch))
+    let source = base(setup, name).real("LENGTH_PITCH", setup.length_pitch);
+    match setup.grows_ellipsoids() {
+        true => add_tags_to(source).include(fragment!("dynamics/growing_ellipsoids.wgsl")),
+        false => add_shapes_to(source),
+    }
 }
 
 /// The inputs of the growth kernels, written by the host. The buffers are kept, because for new buffers the device
@@ -40,11 +48,13 @@ pub(super) struct GrowthBuffers {
     /// The divisions of a step.
     divisions: Buffer,
     indices: Buffer,
+    /// The radii of curvature of the tips of bodies, where ellipsoids grow.
+    tips: Buffer,
     /// In scenes with growth.
     kernels: Option<GrowthKernels>,
 }
 
-arrays! { GrowthBuffers { growths, divisions, indices } }
+arrays! { GrowthBuffers { growths, divisions, indices, tips } }
 
 impl GrowthBuffers {
     pub fn new(gpu: &Gpu, setup: &Setup, ancestry: &mut Ancestry) -> Result<Self, GpuError> {
@@ -53,10 +63,23 @@ impl GrowthBuffers {
             growths: Buffer::new(gpu, "growths", real, ancestry.growing.len() as u64)?,
             divisions: Buffer::new(gpu, "divisions", 12 * real, 0)?,
             indices: Buffer::new(gpu, "dividing bodies", 8, 0)?,
+            tips: Buffer::new(gpu, "tips", 2 * real, 0)?,
             kernels: Made::make(gpu, setup.growth.is_some().then_some(setup))?,
         };
         made.write_changed(gpu, setup, ancestry)?;
+        made.write_tips(gpu, setup, ancestry, 0)?;
         Ok(made)
+    }
+
+    /// Writes the tips of the bodies from number `from` on, or of all where the device lost them.
+    pub fn write_tips(&mut self, gpu: &Gpu, setup: &Setup, ancestry: &Ancestry, from: usize) -> Result<(), GpuError> {
+        if !setup.grows_ellipsoids() {
+            return Ok(());
+        }
+        let from = if self.tips.reserve(gpu, ancestry.growing.len() as u64)? { 0 } else { from };
+        let place = from as u64 * self.tips.element() as u64;
+        self.tips.write(gpu, place, &setup.precision.encode(ancestry.growing[from..].iter().flat_map(Growing::tips)));
+        Ok(())
     }
 
     /// Writes the growth of bodies whose rates have changed.
@@ -73,6 +96,9 @@ impl GrowthBuffers {
     pub fn record(&self, record: &mut Recorder<'_>, shapes: &Shapes, bodies: u64) {
         let Some(kernels) = &self.kernels else { return };
         kernels.grow.call(record, bodies, GrowArgs { bodies, shapes, own: self });
+        if let Some(reshape) = &kernels.reshape {
+            reshape.call(record, bodies, ReshapeArgs { bodies, shapes, own: self });
+        }
     }
 
     /// Writes the divisions of a step: 12 numbers and two indices per division.
@@ -136,6 +162,7 @@ impl Start {
         }
         let count = due.len() as u64;
         self.growth.write_divisions(gpu, setup, numbers, &indices, count)?;
+        self.growth.write_tips(gpu, setup, &self.ancestry, old)?;
         let lost = self.groups_of.reserve(gpu, self.ancestry.group.len() as u64)?;
         let from = if lost { 0 } else { old };
         self.groups_of.write(gpu, 4 * from as u64, bytemuck::cast_slice(&self.ancestry.group[from..]));

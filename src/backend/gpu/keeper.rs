@@ -53,7 +53,8 @@ impl Device {
         (lineage, group): (Vec<Lineage>, Vec<u32>),
     ) -> Result<(Bodies, Unrounded), GpuError> {
         let Device { gpu, setup, start, motions, .. } = self;
-        let read = unrounded::download(gpu, setup, poses, shapes, lineage.len() as u64)?;
+        let mut read = unrounded::download(gpu, setup, poses, shapes, lineage.len() as u64)?;
+        start.ancestry.write_radii(&mut read.shape);
         let bodies = Bodies {
             periods: start.periods,
             planar: setup.planar,

@@ -56,10 +56,12 @@ const MOST_ROUNDING: f64 = 0.05;
 
 /// The largest length of a growing body, now or at its division.
 fn longest(model: &Model, shapes: &[Shape]) -> f64 {
-    let growing = || shapes.iter().filter_map(Shape::growing_length);
-    let (start, thickest) = (growing().fold(0.0, f64::max), shapes.iter().map(Shape::thickness).fold(0.0, f64::max));
-    let span = (model.time.dt, model.time.end - model.time.start);
     let species = model.cells.as_ref().map_or(&[][..], Cells::species);
+    let grow = |shape: &&Shape| shape.rod_length().is_some() || species.iter().any(|of| of.length_of(shape).is_some());
+    let growing = || shapes.iter().filter(grow).filter_map(Shape::growing_length);
+    let shortest = |shape: &Shape| if grow(&shape) { shape.shortest_length() } else { shape.thickness() };
+    let (start, thickest) = (growing().fold(0.0, f64::max), shapes.iter().map(shortest).fold(0.0, f64::max));
+    let span = (model.time.dt, model.time.end - model.time.start);
     species.iter().map(|growth| growth.longest_division(start, thickest, span)).fold(start, f64::max)
 }
 
@@ -72,7 +74,8 @@ impl Setup {
         if let Some(shape) = shapes.iter().find(|shape| shape.tag().constant().is_none()) {
             return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
         }
-        let thinnest = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
+        let least = model.thinnest.unwrap_or(f64::INFINITY);
+        let thinnest = shapes.iter().map(Shape::thickness).fold(least, f64::min);
         let longest = longest(model, shapes);
         let periods = model.periods;
         // Without bodies, any lattice that can hold the periods is suitable.
@@ -135,6 +138,11 @@ impl Setup {
             (true, true, false) => 8,
             (true, true, true) => 10,
         }
+    }
+
+    /// Whether ellipsoids grow.
+    pub fn grows_ellipsoids(&self) -> bool {
+        self.growth.as_ref().is_some_and(Cells::grow_ellipsoids)
     }
 
     /// Whether drag depends on the direction.

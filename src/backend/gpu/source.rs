@@ -194,5 +194,9 @@ pub(super) fn damping(setup: &Setup) -> Option<impl Fn(&str) -> Source + '_> {
 
 /// A source with the changes of separations by growth.
 pub(super) fn stretched(setup: &Setup) -> Source {
-    add_shapes_to(numbers(base(setup, "stretch"))).include(fragment!("dynamics/stretched.wgsl"))
+    let source = add_shapes_to(numbers(base(setup, "stretch")));
+    match setup.grows_ellipsoids() {
+        true => source.include(fragment!("dynamics/stretched_ellipsoids.wgsl")),
+        false => source.include(fragment!("dynamics/stretched.wgsl")),
+    }
 }

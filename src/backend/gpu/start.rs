@@ -76,6 +76,7 @@ impl Start {
             held.write(gpu, &model.fixed.flags(&state.bodies))?;
         }
         self.growth.write_changed(gpu, setup, &mut self.ancestry)?;
+        self.growth.write_tips(gpu, setup, &self.ancestry, 0)?;
         self.bodies = state.bodies.len() as u64;
         self.groups_of.reserve(gpu, self.bodies)?;
         self.groups_of.write(gpu, 0, bytemuck::cast_slice(&self.ancestry.group));

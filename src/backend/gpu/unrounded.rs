@@ -78,7 +78,9 @@ fn of_body(setup: &Setup, bodies: &Bodies, i: usize) -> Result<UnroundedBody, Gp
         (body.cell[axis], body.remainder[axis]) = setup.lattice.split(x)?;
     }
     if setup.growth.is_some() {
-        body.prescribed = bodies.shape[i].growing_length().unwrap_or(0.0);
+        let own = setup.growth.as_ref().and_then(|cells| cells.of_body(bodies.group[i], &bodies.shape[i]));
+        let length = own.map_or_else(|| bodies.shape[i].rod_length(), |(_, length)| Some(length));
+        body.prescribed = length.unwrap_or(0.0);
         body.length = split_length(body.prescribed, setup.length_pitch);
     }
     Ok(body)

@@ -1,6 +1,7 @@
 //! How long cells become, and how many: bounds that hold whatever is drawn.
 
 use super::{DivisionRule, Growth};
+use crate::shape::Shape;
 use std::f64::consts::LN_2;
 
 /// More cycles of division than this are counted as so many: lengths and numbers are far over every limit by then.
@@ -24,6 +25,16 @@ impl Growth {
                 start.max(2.0 * thickness) * cycle * (0.5 * cycle).max(1.0).powf(cycles)
             }
         }
+    }
+
+    /// A cell at the shortest that it and its descendants are.
+    pub fn shortest(&self, shape: &Shape) -> Shape {
+        let born = match self.rule {
+            DivisionRule::Sizer | DivisionRule::Adder => 0.5 * self.targets()[0],
+            // A time says nothing of lengths, but that no cell is shorter than wide.
+            DivisionRule::Timer => shape.shortest_length(),
+        };
+        self.length_of(shape).and_then(|length| shape.grown(length.min(born))).unwrap_or(*shape)
     }
 
     /// So many cells come of one of length `start` in a time of `duration` at most.

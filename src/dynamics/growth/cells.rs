@@ -1,6 +1,6 @@
 //! The growth of cells: the species of a scene, and each cell's own values.
 
-use super::{DivisionRule, Growth, LEAST_CELLS_A_TASK, OnNoRoom, Turn};
+use super::{DivisionRule, GrowingShape, Growth, LEAST_CELLS_A_TASK, OnNoRoom, Turn};
 use crate::bodies::{Bodies, Lineage, OwnGrowth};
 use crate::dynamics::pressures;
 use crate::fields::{Concentration, Fields, Nutrient};
@@ -81,6 +81,17 @@ impl Cells {
         Some(Species { growth: &self.species[at], seed: self.seed })
     }
 
+    /// The growth and the length of a body of this group and shape, if it grows.
+    pub fn of_body(&self, group: u32, shape: &Shape) -> Option<(Species<'_>, f64)> {
+        let species = self.of(group)?;
+        Some((species, species.growth.length_of(shape)?))
+    }
+
+    /// Whether ellipsoids grow.
+    pub fn grow_ellipsoids(&self) -> bool {
+        self.species.iter().any(|growth| growth.shape == GrowingShape::Ellipsoid)
+    }
+
     /// All species.
     pub fn species(&self) -> &[Growth] {
         &self.species
@@ -135,10 +146,11 @@ impl Cells {
     /// have: those that a run starts with.
     pub fn settle(&self, bodies: &mut Bodies) {
         for i in 0..bodies.len() {
-            let adds = self.of(bodies.group[i]).is_some_and(|species| species.growth.rule == DivisionRule::Adder);
+            let own = self.of_body(bodies.group[i], &bodies.shape[i]);
+            let adds = own.filter(|(species, _)| species.growth.rule == DivisionRule::Adder);
             let line = &mut bodies.lineage[i];
-            if adds && line.birth_length.is_none() {
-                line.birth_length = bodies.shape[i].growing_length();
+            if let (Some((_, length)), None) = (adds, line.birth_length) {
+                line.birth_length = Some(length);
             }
         }
     }
@@ -157,7 +169,7 @@ impl Species<'_> {
     pub fn due(&self, line: &Lineage, shape: &Shape, own: OwnGrowth) -> Due {
         let now = f64::NEG_INFINITY;
         if let Some(length) = own.division_length {
-            return Due { length: length.max(2.0 * shape.thickness()), time: now };
+            return Due { length: length.max(2.0 * shape.shortest_length()), time: now };
         }
         let target = self.target(line.id);
         match self.growth.rule {
@@ -165,7 +177,7 @@ impl Species<'_> {
             // `Cells::settle` has seen to the length at birth.
             DivisionRule::Adder => Due { length: line.birth_length.unwrap_or(f64::INFINITY) + target, time: now },
             DivisionRule::Timer => {
-                Due { length: 2.0 * shape.thickness(), time: line.birth + target * (1.0 - AGE_ROUNDING) }
+                Due { length: 2.0 * shape.shortest_length(), time: line.birth + target * (1.0 - AGE_ROUNDING) }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Growth and division: prescribed motion, done at a step's start.
 //!
-//! Every cell at its division length divides into two of half its actual length that exactly fill it, each turned by a
-//! small random angle; then every cell takes its end-of-step length `length e^(rate dt)`. The step's separations,
+//! Every cell at its division length divides into two of half its actual length that lie in it, tip to tip, each turned
+//! by a small random angle; then every cell takes its end-of-step length `length e^(rate dt)`. The step's separations,
 //! mobilities and trials all use that length. Against extrapolating `Phi + dt dPhi/dlength length'` from the old one,
 //! this is equal to first order and exact in the length; and every accepted state has been through a solve with the
 //! lengths and bodies that it holds.
@@ -26,7 +26,7 @@ mod settings;
 pub(crate) use cells::Due;
 pub use cells::{Cells, Species};
 pub(crate) use settings::MOST_LENGTH_NOISE;
-pub use settings::{DivisionRule, Growth, OnNoRoom, Stop, StopReason};
+pub use settings::{DivisionRule, GrowingShape, Growth, OnNoRoom, Stop, StopReason};
 
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::Waiting;
@@ -70,9 +70,7 @@ impl Cells {
     ) -> Vec<usize> {
         let due = |i: &usize| {
             let (shape, line) = (&bodies.shape[*i], &bodies.lineage[*i]);
-            let (Some(length), Some(species)) = (shape.growing_length(), self.of(bodies.group[*i])) else {
-                return false;
-            };
+            let Some((species, length)) = self.of_body(bodies.group[*i], shape) else { return false };
             species.due(line, shape, bodies.columns.growth(*i)).reached(length, time) && !waiting.holds(line.id)
         };
         let due: Vec<usize> = (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).filter(due).collect();
@@ -91,8 +89,8 @@ impl Cells {
     pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, slowing: &[f64], waiting: &Waiting) {
         let columns = &bodies.columns;
         let lengthen = |(i, ((shape, line), group)): (usize, ((&mut Shape, &Lineage), &u32))| {
-            let Some(length) = shape.growing_length().filter(|_| !waiting.holds(line.id)) else { return };
-            let Some(species) = self.of(*group) else { return };
+            let own = self.of_body(*group, shape).filter(|_| !waiting.holds(line.id));
+            let Some((species, length)) = own else { return };
             let rate = species.rate_of(line.id, columns.growth(i), slowing.get(i).copied().unwrap_or(0.0));
             if let Some(grown) = shape.grown(length * (rate * dt).exp()) {
                 *shape = grown;
@@ -113,10 +111,14 @@ pub fn grow(bodies: &mut Bodies, growth: &Growth, planar: bool, seed: u64, time:
 /// How far the surface of `placed` moves where `lever` touches it with the outward normal `normal`, as the body grows
 /// to the shape `to`.
 ///
-/// Between its middle and a tip a point of the axis moves in proportion to its place. As the separation is an extremum
-/// over all points of the axis, this displacement along the normal is the exact derivative of the separation with
-/// respect to the length.
+/// Between its middle and a tip a point of a rod's axis moves in proportion to its place. As the separation is an
+/// extremum over all points of the axis, this displacement along the normal is the exact derivative of the separation
+/// with respect to the length. A point of an ellipsoid moves along each axis in proportion to its place.
 pub fn stretch(placed: &Placed, to: &Shape, lever: DVec3, normal: DVec3) -> DVec3 {
+    if let (Shape::Ellipsoid { radii }, Shape::Ellipsoid { radii: grown }) = (placed.shape, *to) {
+        let growth = DVec3::from_array(grown) / DVec3::from_array(radii) - 1.0;
+        return placed.orientation * (growth * (placed.orientation.inverse() * lever));
+    }
     let (Some(length), Some(grown)) = (placed.shape.growing_length(), to.growing_length()) else { return DVec3::ZERO };
     let axis = placed.orientation * DVec3::Z;
     let half = 0.5 * (length - placed.shape.thickness());
@@ -131,8 +133,7 @@ pub fn stretch(placed: &Placed, to: &Shape, lever: DVec3, normal: DVec3) -> DVec
 /// Body `mother` becomes the daughter at its lower end; the one at its upper end is added last.
 fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, (time, part): (f64, f64), next_id: &mut u64) {
     let placed = bodies.placed(mother);
-    let Some(species) = cells.of(bodies.group[mother]) else { return };
-    let Some(length) = placed.shape.growing_length() else { return };
+    let Some((species, length)) = cells.of_body(bodies.group[mother], &placed.shape) else { return };
     let Some(shape) = placed.shape.grown(0.5 * length) else { return };
     let mut offset = placed.orientation * DVec3::Z * (0.25 * length);
     if cells.planar {

@@ -2,12 +2,13 @@
 
 use crate::dynamics::DaughterBond;
 use crate::fields::Nutrient;
+use crate::shape::Shape;
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// Growth and division of spherocylinders: `length' = rate * length` between divisions.
+/// Growth and division of spherocylinders or ellipsoids: `length' = rate * length` between divisions.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 #[non_exhaustive]
@@ -16,6 +17,11 @@ pub struct Growth {
     /// list.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub group: Option<String>,
+    /// The shape of the bodies that grow so; other bodies do not. An ellipsoid grows along its z, its longest axis, and
+    /// keeps the radii of curvature of its tips: its other radii grow as the root of its length.
+    #[cfg_attr(feature = "files", schemars(extend("default" = "spherocylinder")))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "GrowingShape::is_default"))]
+    pub shape: GrowingShape,
     /// Relative growth rate.
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     pub rate: f64,
@@ -78,6 +84,41 @@ pub struct Growth {
     /// Ends the run before `time.end`. Without it: the run goes to `time.end`. At most one entry of a list may have it.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub stop: Option<Stop>,
+}
+
+/// Which shape grows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum GrowingShape {
+    /// Spherocylinders.
+    #[default]
+    Spherocylinder,
+    /// Ellipsoids.
+    Ellipsoid,
+}
+
+impl GrowingShape {
+    #[cfg(feature = "files")]
+    fn is_default(&self) -> bool {
+        *self == GrowingShape::default()
+    }
+
+    /// Its name, as a scene has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            GrowingShape::Spherocylinder => "spherocylinder",
+            GrowingShape::Ellipsoid => "ellipsoid",
+        }
+    }
+
+    /// The name of such bodies.
+    pub(crate) fn plural(self) -> &'static str {
+        match self {
+            GrowingShape::Spherocylinder => "spherocylinders",
+            GrowingShape::Ellipsoid => "ellipsoids",
+        }
+    }
 }
 
 /// When a cell divides.
@@ -164,6 +205,7 @@ impl Growth {
     const fn by(rate: f64, rule: DivisionRule) -> Growth {
         Growth {
             group: None,
+            shape: GrowingShape::Spherocylinder,
             rate,
             rule,
             division_length: None,
@@ -180,6 +222,15 @@ impl Growth {
             on_no_room: OnNoRoom::Stop,
             stop: None,
         }
+    }
+
+    /// The length of a body of this shape, tip to tip, if such bodies grow.
+    pub fn length_of(&self, shape: &Shape) -> Option<f64> {
+        let grows = match self.shape {
+            GrowingShape::Spherocylinder => matches!(shape, Shape::Spherocylinder { .. }),
+            GrowingShape::Ellipsoid => matches!(shape, Shape::Ellipsoid { .. }),
+        };
+        shape.growing_length().filter(|_| grows)
     }
 
     /// The fastest that a cell grows.

@@ -148,8 +148,8 @@ impl Scene {
     }
 
     fn check_not_growing(&self, key: &Key, shape: &Shape, group: Option<&str>) -> Result<(), SceneError> {
-        if self.growth_of(group).is_some() && shape.growing_length().is_some() {
-            let message = "would grow, which a fixed body cannot; name the species that grows with growth.group, or use spheres, ellipsoids or walls as obstacles";
+        if self.growth_of_body(group, shape).is_some() {
+            let message = "would grow, which a fixed body cannot; name the species that grows with growth.group, or use spheres or walls as obstacles";
             return Err(SceneError::bad(key, message));
         }
         Ok(())
@@ -189,8 +189,8 @@ fn check_body(key: &Key, body: &Body) -> Result<(), SceneError> {
 fn check_daughter_bonds(key: &Key, body: &Body) -> Result<(), SceneError> {
     let Some(ends) = body.daughter_bonds else { return Ok(()) };
     let key = key.field("daughter_bonds");
-    if body.shape.growing_length().is_none() {
-        return Err(SceneError::bad(key, "is for spherocylinders, which grow and divide"));
+    if body.shape.rod_length().is_none() {
+        return Err(SceneError::bad(key, "is for spherocylinders, whose daughters may be bonded"));
     }
     match ends.iter().position(|end| *end > LARGEST_END) {
         Some(end) => Err(SceneError::bad(key.index(end), format!("must be at most {LARGEST_END}"))),

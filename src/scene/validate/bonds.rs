@@ -114,7 +114,7 @@ impl Scene {
             let key = list.index(i);
             let key = key.field(rule.name());
             let group = chain.group.as_deref();
-            if self.growth_of(group).is_some() && chain.shape.growing_length().is_some() {
+            if self.growth_of_body(group, &chain.shape).is_some() {
                 let message = "the bodies grow, and a bond does not follow a division; name the species that grows \
                                with growth.group";
                 return Err(SceneError::bad(key, message));
@@ -262,7 +262,7 @@ impl Scene {
                 let message = format!("there is no body {body}; the scene has {count} bodies, counted from 0");
                 return Err(SceneError::bad(list.index(end), message));
             };
-            if self.growth_of(group).is_some() && shape.growing_length().is_some() {
+            if self.growth_of_body(group, &shape).is_some() {
                 let message =
                     format!("body {body} grows, and a bond does not follow a division; bond bodies that do not grow");
                 return Err(SceneError::bad(list.index(end), message));

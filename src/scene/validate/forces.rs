@@ -3,7 +3,7 @@
 use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::nearest::nearest;
-use super::super::{DivisionRule, Force, Scene, Stepping, Window};
+use super::super::{Force, Scene, Stepping, Window};
 use super::{SMALLEST_NUMBER, number, numbers, positive};
 use crate::bodies::NO_GROUP;
 use crate::digits::{at_most, exact};
@@ -104,13 +104,7 @@ impl Scene {
 
     /// The shape at the shortest that it is: a cell that divides leaves shorter ones.
     fn shortest(&self, shape: &Shape, group: Option<&str>) -> Shape {
-        let (Some(growth), Some(length)) = (self.growth_of(group), shape.growing_length()) else { return *shape };
-        let born = match growth.rule {
-            DivisionRule::Sizer | DivisionRule::Adder => 0.5 * growth.targets()[0],
-            // A time says nothing of lengths, but that no cell is shorter than wide.
-            DivisionRule::Timer => shape.thickness(),
-        };
-        shape.grown(length.min(born)).unwrap_or(*shape)
+        self.growth_of_body(group, shape).map_or(*shape, |(growth, _)| growth.shortest(shape))
     }
 
     fn check_trapped(&self, key: &Key, name: &str, shape: &Shape, group: Option<&str>) -> Result<(), SceneError> {

@@ -176,7 +176,7 @@ pub(super) fn at_least(key: &Key, name: &str, count: u64, least: u64) -> Result<
 fn check_lengths(key: &Key, shape: &Shape, lengths: Option<&Lengths>) -> Result<(), SceneError> {
     let Some(lengths) = lengths else { return Ok(()) };
     let key = key.field("lengths");
-    if shape.growing_length().is_none() {
+    if shape.rod_length().is_none() {
         return Err(SceneError::bad(key, "are for spherocylinders; other shapes have their sizes in `shape`"));
     }
     let key = key.field(lengths.name());

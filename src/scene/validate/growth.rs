@@ -2,7 +2,7 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::{DaughterBond, DivisionRule, Growth, Method, Scene, Stop};
+use super::super::{DaughterBond, DivisionRule, GrowingShape, Growth, Method, Scene, Stop};
 use super::{MAX_BODIES, number, positive};
 use crate::digits::{at_least, at_most, exact, few};
 use crate::dynamics::MOST_LENGTH_NOISE;
@@ -93,6 +93,10 @@ impl Scene {
         }
         self.check_division_rule(key, growth)?;
         if let Some(bond) = &growth.bond_daughters {
+            if growth.shape != GrowingShape::Spherocylinder {
+                let message = "is for spherocylinders: ellipsoids have no round ends to turn about each other";
+                return Err(SceneError::bad(key.field("bond_daughters"), message));
+            }
             self.check_daughters(&key.field("bond_daughters"), bond)?;
         }
         let turn = key.field("reorientation_degrees");
@@ -166,8 +170,9 @@ impl Scene {
         let (own, _, spread) = growth.target();
         for (list, index, shape, _, _) in self.growing().filter(|(_, _, _, of, _)| std::ptr::eq(*of, growth)) {
             cells = true;
+            self.check_upright((list, index), &shape)?;
             let [shortest, _] = growth.targets();
-            let thickness = shape.thickness();
+            let thickness = shape.shortest_length();
             let noise = if spread > 0.0 { " (less its noise)" } else { "" };
             let short = match growth.rule {
                 DivisionRule::Sizer => shape.grown(0.5 * shortest).is_none(),
@@ -178,7 +183,8 @@ impl Scene {
             if short {
                 let twice = if growth.rule == DivisionRule::Sizer { "twice the" } else { "the" };
                 let message = format!(
-                    "must be at least {twice} diameter, {thickness}, of {list}.{index}{noise}: a daughter is half as long as her mother, and never shorter than wide",
+                    "must be at least {twice} diameter, {thickness}, of {of}{list}.{index}{noise}: a daughter is half as long as her mother, and never shorter than wide",
+                    of = if shape.rod_length().is_some() { "" } else { "the tips of " },
                     thickness = at_least(thickness)
                 );
                 return Err(SceneError::bad(key.field(own), message));
@@ -189,11 +195,45 @@ impl Scene {
             }
         }
         if !cells {
-            let who =
-                growth.group.as_ref().map_or("the scene has none".into(), |g| format!("the group `{g}` has none"));
-            return Err(SceneError::bad(key, format!("only spherocylinders grow, and {who}")));
+            return Err(SceneError::bad(key, self.none_grow(growth)));
         }
         Ok(())
+    }
+
+    /// An ellipsoid grows along its z, which is its longest axis then and stays so.
+    fn check_upright(&self, (list, index): (&str, usize), shape: &Shape) -> Result<(), SceneError> {
+        if shape.growing_length().is_none_or(|length| shape.grown(length).is_some()) {
+            return Ok(());
+        }
+        let bodies = Key::ROOT.field(list);
+        let key = bodies.index(index);
+        let key = if list == "generate" { key.field(self.generate[index].name()) } else { key.field("shape") };
+        let message = "the last of an ellipsoid's `radii` must be the largest where it grows, as that is along its z; \
+                       name other bodies with growth.group";
+        Err(SceneError::bad(key, message))
+    }
+
+    /// Says that a species has no body that grows.
+    fn none_grow(&self, growth: &Growth) -> String {
+        let who = growth.group.as_ref().map_or("the scene has none".into(), |g| format!("the group `{g}` has none"));
+        let other = match growth.shape {
+            GrowingShape::Spherocylinder => GrowingShape::Ellipsoid,
+            _ => GrowingShape::Spherocylinder,
+        };
+        let of_other = Growth { shape: other, ..growth.clone() };
+        let in_group = |group: Option<&str>| growth.group.is_none() || growth.group.as_deref() == group;
+        let bodies = self.bodies.iter().map(|body| (body.shape, body.group.as_deref()));
+        let mut all = bodies.chain(self.generated().map(|(_, (_, shape, group))| (shape, group)));
+        let has_other = all.any(|(shape, group)| in_group(group) && of_other.length_of(&shape).is_some());
+        match has_other {
+            true => format!(
+                "only {} grow by this entry, and {who}; with \"shape\": \"{}\" {} do",
+                growth.shape.plural(),
+                other.name(),
+                other.plural()
+            ),
+            false => format!("only {} grow by this entry, and {who}", growth.shape.plural()),
+        }
     }
 
     /// Bodies at the end of the run, from growth alone, at the most. Where the run stops before, it is at most twice

@@ -76,7 +76,7 @@ impl Scene {
     pub(super) fn longest(&self, shape: &Shape, growth: &Growth) -> Shape {
         let Some(length) = shape.growing_length() else { return *shape };
         let span = (self.time.dt, self.time.end - self.time.start);
-        let division = growth.longest_division(length, shape.thickness(), span);
+        let division = growth.longest_division(length, shape.shortest_length(), span);
         shape.grown(length.max(division * (growth.fastest_rate() * self.time.dt).exp())).unwrap_or(*shape)
     }
 

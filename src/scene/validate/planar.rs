@@ -92,11 +92,11 @@ impl Scene {
     /// A cell that stands upright in the plane is mirrored by it, but its daughters would not be.
     fn check_growing(&self, key: &Key, body: &Body) -> Result<(), SceneError> {
         let axis = body.rotation() * DVec3::Z;
-        let grows = self.growth_of(body.group.as_deref()).is_some() && body.shape.growing_length().is_some();
+        let grows = self.growth_of_body(body.group.as_deref(), &body.shape).is_some();
         if grows && axis.z.abs() > PLANAR_TOLERANCE {
             return Err(SceneError::bad(
                 key.field(body.orientation_key()),
-                "a growing spherocylinder of a planar scene must lie in the x-y plane",
+                "a growing body of a planar scene must lie in the x-y plane",
             ));
         }
         Ok(())
@@ -107,10 +107,10 @@ impl Scene {
     /// The same for the bodies of a lattice.
     fn check_standing(&self, key: &Key, rule: &Generate) -> Result<(), SceneError> {
         let Generate::Lattice(lattice) = rule else { return Ok(()) };
-        let grows = self.growth_of(lattice.group.as_deref()).is_some() && lattice.shape.growing_length().is_some();
+        let grows = self.growth_of_body(lattice.group.as_deref(), &lattice.shape).is_some();
         let axis = generate::orientation_of_lattice(lattice) * DVec3::Z;
         if grows && !lattice.random && axis.z.abs() > PLANAR_TOLERANCE {
-            let message = "growing spherocylinders of a planar scene must lie in the x-y plane";
+            let message = "growing bodies of a planar scene must lie in the x-y plane";
             return Err(SceneError::bad(key.field(rule.name()).field("axis"), message));
         }
         Ok(())

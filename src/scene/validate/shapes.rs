@@ -96,8 +96,7 @@ impl Scene {
 
     /// As [`Scene::shapes`], with the growth of those that grow, and how many bodies there are of each.
     pub(in super::super) fn growing(&self) -> impl Iterator<Item = (&'static str, usize, Shape, &Growth, u64)> + '_ {
-        let own =
-            |group: Option<&str>, shape: &Shape| self.growth_of(group).filter(|_| shape.growing_length().is_some());
+        let own = |group: Option<&str>, shape: &Shape| self.growth_of_body(group, shape).map(|(growth, _)| growth);
         let bodies = self.bodies.iter().enumerate();
         let bodies =
             bodies.filter_map(move |(i, b)| Some(("bodies", i, b.shape, own(b.group.as_deref(), &b.shape)?, 1)));

@@ -43,8 +43,7 @@ impl Limits {
 
     /// How a body grows, if it does.
     pub fn species(&self, bodies: &Bodies, i: usize) -> Option<Species<'_>> {
-        bodies.shape[i].growing_length()?;
-        self.model.cells.as_ref()?.of(bodies.group[i])
+        Some(self.model.cells.as_ref()?.of_body(bodies.group[i], &bodies.shape[i])?.0)
     }
 
     pub fn is_fixed(&self, bodies: &Bodies, i: usize) -> bool {
@@ -83,13 +82,15 @@ impl Limits {
     pub fn lengthened(&self, bodies: &Bodies, i: usize, length: f64) -> Result<Shape, String> {
         number(length)?;
         let shape = bodies.shape[i];
-        if shape.growing_length().is_none() {
-            return Err(format!("a {} has no length that can be set; spherocylinders have", shape.name()));
+        if shape.rod_length().is_none() && self.species(bodies, i).is_none() {
+            let message = "has no length that can be set; spherocylinders and ellipsoids that grow have";
+            return Err(format!("a {} {message}", shape.name()));
         }
-        let least = shape.thickness();
-        let longer = shape.grown(length);
-        let longer =
-            longer.ok_or_else(|| format!("must be at least the diameter, {}, not {}", short(least), exact(length)))?;
+        let least = shape.shortest_length();
+        let longer = shape.grown(length).ok_or_else(|| {
+            let what = if shape.rod_length().is_some() { "the diameter" } else { "the diameter of its tips" };
+            format!("must be at least {what}, {}, not {}", short(least), exact(length))
+        })?;
         longer.validate().map_err(|no| no.to_string())?;
         Ok(longer)
     }
@@ -146,7 +147,7 @@ impl Limits {
                 return Err(("orientation", "the body must be mirrored by the plane of the scene".into()));
             }
             if grows && (placed.orientation * DVec3::Z).z.abs() > PLANAR_TOLERANCE {
-                let message = "a growing spherocylinder of a planar scene must lie in the x-y plane";
+                let message = "a growing body of a planar scene must lie in the x-y plane";
                 return Err(("orientation", message.into()));
             }
         }

@@ -52,7 +52,7 @@ pub enum Values {
     Velocity(Vec<DVec3>),
     /// Angular velocities in space axes, under the inertial law.
     AngularVelocity(Vec<DVec3>),
-    /// Tip-to-tip lengths of spherocylinders.
+    /// Tip-to-tip lengths of spherocylinders and of ellipsoids that grow.
     Length(Vec<f64>),
     /// Relative growth rates without pressure, of cells that grow, in place of their species'.
     Rate(Vec<f64>),

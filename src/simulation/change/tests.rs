@@ -358,8 +358,14 @@ mod by_rules {
     fn daughters_of_other_lengths_keep_their_outer_tips_and_meet_where_their_mother_was_cut() {
         let sizer = r#"{"rate": 1, "division_length": 4}"#;
         let adder = r#"{"rate": 1, "rule": "adder", "added_length": 2}"#;
-        for growth in [sizer, adder] {
-            let scene = Scene::load("colony", ["time.dt=0.01", "time.end=4", &format!("growth={growth}")]).unwrap();
+        let ellipsoid = r#"{"shape": "ellipsoid", "rate": 1, "division_length": 4}"#;
+        let founder =
+            r#"bodies=[{"shape": {"ellipsoid": {"radii": [0.5, 0.5, 1.2]}}, "position": [0, 0, 0], "angle": 9}]"#;
+        for growth in [sizer, adder, ellipsoid] {
+            let own = if growth == ellipsoid { vec!["generate=[]", founder] } else { Vec::new() };
+            let growth_key = format!("growth={growth}");
+            let keys = ["time.dt=0.01", "time.end=4", &growth_key].into_iter().chain(own);
+            let scene = Scene::load("colony", keys).unwrap();
             let mut both = [0.5, 0.375].map(|part| {
                 let mut simulation = Simulation::new(scene.clone()).unwrap();
                 simulation.set_rules(Box::new(Uneven(part)));

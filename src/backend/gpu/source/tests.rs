@@ -19,7 +19,7 @@ use crate::backend::gpu::walls::WallKernels;
 use crate::dynamics::{Bond, Bonds, Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
 use crate::periodic::{Axis, CellShear};
-use crate::scene::{self, Flow, Periodic, Rows, Scene, Stepping, Wall, WallMotion};
+use crate::scene::{self, Flow, GrowingShape, Growth, Periodic, Rows, Scene, Stepping, Wall, WallMotion};
 use crate::shape::Shape;
 
 fn setups() -> Vec<Setup> {
@@ -51,6 +51,16 @@ fn setups() -> Vec<Setup> {
         }
         carry(&mut scene);
         setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene.model(), &shapes, p).unwrap()));
+    }
+    for stepping in [Stepping::Euler, Stepping::Midpoint] {
+        let mut scene = Scene::built_in("two-ellipsoids").unwrap();
+        scene.time.stepping = stepping;
+        scene.growth = vec![Growth { shape: GrowingShape::Ellipsoid, ..Growth::new(1e-3, 9.0) }];
+        let shapes: Vec<_> = scene.build().unwrap().shape;
+        for (rows, precision) in [(Rows::Auto, Precision::F32), (Rows::Paper, Precision::F64)] {
+            scene.contact.rows = rows;
+            setups.push(Setup::new(&scene.model(), &shapes, precision).unwrap());
+        }
     }
     setups
 }
