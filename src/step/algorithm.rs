@@ -7,7 +7,7 @@
 use super::accuracy::Accuracy;
 use super::surplus::{self, LEAST_ROWS};
 use super::two_sided::{Caught, GAP, MOST_TILTS, Sides};
-use super::{ContactSettings, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
+use super::{ContactSettings, Fault, Hindrance, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
 use crate::dynamics::{Cells, OnNoRoom};
 use crate::lcp::{Outcome, Status};
 use crate::step::{Guard, Overlap, Verbs};
@@ -98,6 +98,15 @@ impl Plan {
             may_squeeze: model.walls.move_in_time(),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
             may_accept_the_least_bad: model.friction.is_none() && model.bonds.first_implicit().is_none(),
+        }
+    }
+
+    /// What may keep bodies from parting: walls that close before bonds that are rigid.
+    pub(super) fn hindrance(&self) -> Hindrance {
+        match (self.may_squeeze, self.has_rigid_bonds) {
+            (true, _) => Hindrance::Walls,
+            (false, true) => Hindrance::RigidBonds,
+            (false, false) => Hindrance::Nothing,
         }
     }
 

@@ -54,4 +54,4 @@ pub(crate) use surplus::Surplus;
 pub(crate) use two_sided::GAP;
 pub(crate) use two_sided::TORN;
 pub use two_sided::{Effect, FrictionReport, Guard, Loosened, TwoSided};
-pub use unresolved::{Unresolved, Wedge};
+pub use unresolved::{Hindrance, Unresolved, Wedge};

@@ -412,8 +412,7 @@ impl Taking<'_> {
             broken: tried.broken,
             tolerance: self.plan.contact.overlap_tolerance,
             may_be_accepted: self.plan.may_accept_the_least_bad,
-            has_rigid_bonds: self.plan.has_rigid_bonds,
-            may_be_squeezed: self.plan.may_squeeze,
+            hindrance: self.plan.hindrance(),
         };
         let ends = !self.plan.accepts_the_least_bad();
         // In open space, rows that would throw bodies have room, but no path to it.

@@ -51,6 +51,18 @@ impl Wedge {
     }
 }
 
+/// What may keep bodies from parting.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Hindrance {
+    /// Nothing known.
+    #[default]
+    Nothing,
+    /// Bonds or joints that keep a length or an angle exactly.
+    RigidBonds,
+    /// Walls that move or bear a load: they may leave no room.
+    Walls,
+}
+
 /// A step that misses a tolerance however it is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unresolved {
@@ -76,10 +88,8 @@ pub struct Unresolved {
     pub tolerance: f64,
     /// Whether `contact.on_failure` of the scene may be `"continue"`.
     pub may_be_accepted: bool,
-    /// Whether the scene has bonds or joints that keep a length or an angle exactly.
-    pub has_rigid_bonds: bool,
-    /// Whether walls move or bear a load: they may leave no room.
-    pub may_be_squeezed: bool,
+    /// What of the scene may keep its bodies from parting.
+    pub hindrance: Hindrance,
 }
 
 impl Unresolved {
@@ -98,7 +108,7 @@ impl Unresolved {
                 "use a smaller contact.friction; cells that lock wait with growth.stress_sensitivity or \
                  growth.on_no_room = \"stall\""
             }
-            "overlap" if self.may_be_squeezed => {
+            "overlap" if self.hindrance == Hindrance::Walls => {
                 "where the walls leave the bodies no room, they are jammed: end the motion earlier, or push with a load; \
                  else use a smaller time.dt"
             }
@@ -106,7 +116,7 @@ impl Unresolved {
                 "use a smaller time.dt, or accept and count such steps with contact.on_failure = \"continue\""
             }
             // Balls that touch and turn about the point where they touch overlap at once.
-            "overlap" if self.has_rigid_bonds => {
+            "overlap" if self.hindrance == Hindrance::RigidBonds => {
                 "use a smaller time.dt; joined bodies need room to turn, or \"contact\": false in their bond or joint"
             }
             _ => "use a smaller time.dt",
@@ -186,23 +196,23 @@ mod tests {
             moved: None,
             tolerance,
             may_be_accepted: true,
-            has_rigid_bonds: false,
-            may_be_squeezed: false,
+            hindrance: Hindrance::Nothing,
         }
     }
 
     #[test]
     fn bodies_that_closing_walls_jam_get_a_remedy() {
-        let jammed = Unresolved { may_be_squeezed: true, ..unresolved(Some([4, 7]), None) };
+        let jammed = Unresolved { hindrance: Hindrance::Walls, ..unresolved(Some([4, 7]), None) };
         assert!(jammed.remedy().contains("are jammed"));
         assert!(!Unresolved { passed: true, ..jammed }.remedy().contains("jammed"));
     }
 
     #[test]
     fn balls_that_turn_about_the_point_where_they_touch_get_a_remedy() {
-        let joined = Unresolved { may_be_accepted: false, has_rigid_bonds: true, ..unresolved(Some([4, 7]), None) };
+        let joined =
+            Unresolved { may_be_accepted: false, hindrance: Hindrance::RigidBonds, ..unresolved(Some([4, 7]), None) };
         assert!(joined.remedy().contains("need room to turn"));
-        assert_eq!(Unresolved { has_rigid_bonds: false, ..joined }.remedy(), "use a smaller time.dt");
+        assert_eq!(Unresolved { hindrance: Hindrance::Nothing, ..joined }.remedy(), "use a smaller time.dt");
     }
 
     #[test]
