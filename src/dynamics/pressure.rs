@@ -18,9 +18,9 @@ use std::f64::consts::PI;
 /// A loop over fewer pairs than this runs on one thread: a separation of rods takes some 0.1 us.
 const LEAST_PAIRS_A_TASK: usize = 256;
 
-/// The pressure of each cell; zero for a body that is neither a rod nor an ellipsoid. `warm` is what the step that left `bodies` remembers
-/// of its near pairs, sorted by pair, of smooth surfaces. The sums run in that order, so that the bits depend on
-/// nothing else.
+/// The pressure of each cell; zero for a body that is neither a rod nor an ellipsoid. `warm` is what the step that left
+/// `bodies` remembers of its near pairs, sorted by pair, of smooth surfaces. The sums run in that order, so that the
+/// bits depend on nothing else.
 pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
     let separate = separate_in(planar);
     let grows = |i: usize| bodies.shape[i].growing_length().is_some();

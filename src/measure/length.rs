@@ -1,4 +1,5 @@
-//! Lengths of rods and of other bodies that grow, tip to tip: mean, standard deviation (of the population: divided by N), extremes, histogram.
+//! Lengths of rods and of other bodies that grow, tip to tip: mean, standard deviation (of the population: divided by
+//! N), extremes, histogram.
 
 use super::view::median;
 use super::{About, Column, Counts, Found, LeftOut, Marks, Measure, Profile, Spread, View, cell, count};

@@ -1,10 +1,10 @@
 //! The first intersection of a line with a body, by family of shapes, and the reach of a body in a direction.
 //!
-//! Everything is in body axes and in closed form, except superellipsoids (`gauge_hit`), custom shapes (`convex_hit`) and the circle, whose surface is
-//! of fourth degree: `(|p|^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)`. Along a line measured from its point nearest to the
-//! centre that is a quartic without a cubic term, so its second derivative has two opposite roots or none; between them
-//! it is concave and outside them convex, and in each of the three parts Newton's iteration from the right end is
-//! monotone.
+//! Everything is in body axes and in closed form, except superellipsoids (`gauge_hit`), custom shapes (`convex_hit`)
+//! and the circle, whose surface is of fourth degree: `(|p|^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)`. Along a line
+//! measured from its point nearest to the centre that is a quartic without a cubic term, so its second derivative has
+//! two opposite roots or none; between them it is concave and outside them convex, and in each of the three parts
+//! Newton's iteration from the right end is monotone.
 
 use super::{convex_hit, gauge_hit};
 use crate::separation::point_to_convex;

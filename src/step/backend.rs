@@ -150,7 +150,7 @@ pub trait Verbs: Keeper {
     /// Moves to the trial `C(U)` and measures all overlaps there; those of more than `violating` are violations.
     fn trial(&mut self, violating: f64) -> Result<Overlap, Fault>;
     /// Makes one row for every violation of the trial, with multiplier zero. `over_corrects`: rows ask for the
-    /// [`Surplus`](super::surplus::Surplus) of the thinnest body.
+    /// `Surplus` of the thinnest body.
     fn append_violations(&mut self, over_corrects: bool) -> Result<(), Fault>;
     /// For every violation of the trial: moves the offset of its first row so that it is exact there, where
     /// that row has the overlap's direction; else makes one more row, as [`Verbs::append_violations`].

@@ -142,6 +142,7 @@ pub(crate) fn max_overlap_but(fixed: &Fixed, bodies: &Bodies, walls: &Walls) -> 
 }
 
 /// The pair of bodies that overlaps most, and by how much; none where no pair does. Not of two fixed bodies.
+#[cfg(feature = "files")]
 pub(crate) fn deepest_pair_but(fixed: &Fixed, bodies: &Bodies) -> Option<([usize; 2], f64)> {
     let held = |i: &usize| fixed.holds(bodies.lineage[*i].id, bodies.group[*i]);
     let pairs = contacts(bodies, 0.0).into_iter().filter(|contact| !contact.bodies.iter().all(held));

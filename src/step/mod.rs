@@ -24,10 +24,12 @@ mod unresolved;
 
 pub(crate) use algorithm::{Plan, step};
 pub(crate) use backend::{Divided, Failed, Keeper, LIFE_WORDS, Lives, Overlap, RetryBackend, Stepper, Take, Verbs};
+#[cfg(feature = "files")]
+pub(crate) use contacts::deepest_pair_but;
+pub(crate) use contacts::max_overlap_but;
 #[cfg(feature = "gpu")]
 pub(crate) use contacts::{Candidate, candidates};
 pub use contacts::{Contact, contacts, max_overlap};
-pub(crate) use contacts::{deepest_pair_but, max_overlap_but};
 pub(crate) use dump::MOST_DUMPED;
 pub use dump::{Dump, DumpWhen};
 pub use fault::Fault;

@@ -92,7 +92,8 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
         let outcome = self.solver.relax(&rows.problem, &mut relaxed, allowed);
         let gamma = rows.change_gamma();
         if self.residual.is_finite() && outcome.residual >= self.residual {
-            // Normal rows that contradict each other do so with friction too. Its solves are cut off before they show it.
+            // Normal rows that contradict each other do so with friction too. Its solves are cut off before they show
+            // it.
             let contradict = rows.is_frictional() && outcome.status == Status::Infeasible;
             return contradict.then_some(Outcome { residual: self.residual, ..outcome });
         }
