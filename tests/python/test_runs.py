@@ -106,7 +106,7 @@ class Folders(unittest.TestCase):
         self.assertEqual(self.run_.states[0].parents.tolist(), [-1])
         self.assertTrue((state.parents >= 0).all())
         self.assertTrue((state.shapes == relcp.Shape.SPHEROCYLINDER).all())
-        self.assertEqual(list(relcp.Shape), [0, 1, 2, 3])
+        self.assertEqual(list(relcp.Shape), [0, 1, 2, 3, 5])  # 4 are custom shapes
 
     def test_tables_are_those_of_the_files(self):
         for name in ["steps", "measures", "lineage"]:
