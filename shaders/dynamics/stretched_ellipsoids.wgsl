@@ -1,4 +1,5 @@
-// The displacement of a body's surface along its outward normal at the contact point `lever`, where ellipsoids grow too.
+// The displacement of a body's surface along its outward normal at the contact point `lever`, where ellipsoids grow
+// too.
 fn stretch(body: u32, lever: vec3r, normal: vec3r) -> real {
     let shape = shapes[body];
     let q = unit_quaternion(orientations[2u * body], orientations[2u * body + 1u]);

@@ -338,7 +338,8 @@ impl PySimulation {
     /// under the inertial law; `length` (N,), tip to tip, of spherocylinders and of ellipsoids that grow; `rate` (N,),
     /// relative growth per time, and `division_length` (N,), of cells that grow, in place of their species' (infinite:
     /// never divides); `group` (N,), by name or index (NO_GROUP, or None in a list: none); `columns`, a dict of names
-    /// to arrays (N,) of your own, which daughters inherit and states hold. On a GPU the state is read back and written.
+    /// to arrays (N,) of your own, which daughters inherit and states hold. On a GPU the state is read back and
+    /// written.
     ///
     /// Raises ValueError with the argument and the row, IndexError for bodies that there are not.
     #[pyo3(signature = (

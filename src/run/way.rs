@@ -28,8 +28,8 @@ pub(super) fn warnings(scene: &Scene, totals: &Totals) -> Vec<String> {
     scene.warnings().into_iter().chain(start).chain(moved).chain(rough).collect()
 }
 
-/// A warning if bodies of a scene's start overlap by more than its tolerance, with the worst pair. Bodies past walls are
-/// refused.
+/// A warning if bodies of a scene's start overlap by more than its tolerance, with the worst pair. Bodies past walls
+/// are refused.
 pub fn start_warning(scene: &Scene, bodies: &Bodies) -> Option<String> {
     let allowed = scene.contact.overlap_tolerance;
     let ([a, b], overlap) = deepest_pair_but(&scene.fixed(), bodies).filter(|(_, overlap)| *overlap > allowed)?;

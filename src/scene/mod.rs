@@ -146,8 +146,8 @@ pub struct Scene {
     /// Periods of space: bodies that leave through one side meet those at the other side.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub periodic: Option<Periodic>,
-    /// Growth and division of spherocylinders or ellipsoids: an object, or a list of objects, species of bodies that each belong to
-    /// one `group`.
+    /// Growth and division of spherocylinders or ellipsoids: an object, or a list of objects, species of bodies that
+    /// each belong to one `group`.
     #[cfg_attr(feature = "files", serde(default, with = "crate::dynamics::growth::one_or_list"))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
     #[cfg_attr(feature = "files", schemars(with = "crate::dynamics::growth::one_or_list::GrowthSchema"))]

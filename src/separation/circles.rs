@@ -271,8 +271,8 @@ pub(super) fn roots_between([low, high]: [End; 2]) -> (bool, bool) {
     (low.abs() <= low_rounding && high.abs() <= high_rounding, monotone || steep)
 }
 
-/// Whether an interval has at most one root of the slope. Never if the interval is as wide as the distance of the circle
-/// from the axis.
+/// Whether an interval has at most one root of the slope. Never if the interval is as wide as the distance of the
+/// circle from the axis.
 fn is_resolved(low: &Sample, high: &Sample, arc: f64) -> bool {
     let swing = (high.angle - low.angle) * (low.rho1.abs().max(high.rho1.abs()) + arc);
     let smooth = low.rho.min(high.rho) >= swing;

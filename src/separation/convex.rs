@@ -236,7 +236,8 @@ pub(super) fn highest<const N: usize>(
     bodies: &[impl Supporting; N],
     starts: impl Iterator<Item = DVec3>,
 ) -> Option<Peak<N>> {
-    // With the best eight, one of 250 superellipsoids beside a thousand times slenderer ones missed the largest maximum.
+    // With the best eight, one of 250 superellipsoids beside a thousand times slenderer ones missed the largest
+    // maximum.
     let climbed = if bodies.iter().any(|body| body.has_edges()) { usize::MAX } else { CLIMBED };
     let mut tried: Vec<Peak<N>> = starts.map(|start| Peak::at(delta, bodies, start)).collect();
     tried.sort_by(|a, b| b.value.total_cmp(&a.value));

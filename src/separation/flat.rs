@@ -1,22 +1,22 @@
 //! The climb of `peak` for bodies that are flat in places, as superellipsoids are where they meet their axes.
 //!
-//! Near the normal `m` of such a place the support function is `c |n - m|^(1 + 1 / (k - 1))` with `k` the exponent, up to
-//! 10: nearly a kink, across which Newton's steps go back and forth. The body's normal is a smooth function of its point
-//! there, `|y|^(k - 1)`. So a step also moves the points by what Newton's step says, and tries the normals that the
-//! bodies have at those, which is Newton's method for the points. Of the normals tried the one with the largest `f` is
-//! taken. Of 300 pairs with faces nearly on each other these steps were 3 on average and 18 at most; those of `peak`
+//! Near the normal `m` of such a place the support function is `c |n - m|^(1 + 1 / (k - 1))` with `k` the exponent, up
+//! to 10: nearly a kink, across which Newton's steps go back and forth. The body's normal is a smooth function of its
+//! point there, `|y|^(k - 1)`. So a step also moves the points by what Newton's step says, and tries the normals that
+//! the bodies have at those, which is Newton's method for the points. Of the normals tried the one with the largest `f`
+//! is taken. Of 300 pairs with faces nearly on each other these steps were 3 on average and 18 at most; those of `peak`
 //! alone were 46, and 11 pairs took more than 400.
 //!
-//! A point on a flat place changes with its normal like a root, by 1e-2 of the size with the rounding of a normal. At the
-//! end the points are moved to where they meet along the normal, those of each body by how flat it is.
+//! A point on a flat place changes with its normal like a root, by 1e-2 of the size with the rounding of a normal. At
+//! the end the points are moved to where they meet along the normal, those of each body by how flat it is.
 
 use super::peak::{GRADIENT_FLOOR, LONGEST_STEP, MAX_STEPS, Peak, SHORTEN, Supporting, VALUE_FLOOR, newton_step};
 use glam::DVec3;
 
 /// A gain in `f`, as a fraction of the sizes, that counts.
 const GAIN: f64 = 1e-16;
-/// How far off the surface a point may be moved to meet the other, as a part of the way to it: at 0.3 from the middle of
-/// a face of exponent 10 the surface is 1e-6 lower.
+/// How far off the surface a point may be moved to meet the other, as a part of the way to it: at 0.3 from the middle
+/// of a face of exponent 10 the surface is 1e-6 lower.
 const OFF: f64 = 1e-4;
 
 type Basis = (DVec3, DVec3);
@@ -42,7 +42,7 @@ pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[impl Supporting; N],
     peak
 }
 
-/// The best of the normals that a step leads to; of a shorter step where none is better.
+/// Takes the best of the normals that a step tries. A step that gains nothing is shortened.
 fn advance<const N: usize>(
     delta: DVec3,
     bodies: &[impl Supporting; N],
@@ -58,8 +58,7 @@ fn advance<const N: usize>(
         for ((body, h), point) in bodies.iter().zip(hessians).zip(peak.points) {
             let moved = e1 * (h.0 * s1 + h.1 * s2) + e2 * (h.1 * s1 + h.2 * s2);
             if let Some((_, normal)) = body.gauge(point + moved * fraction) {
-                let tried = Peak::at(delta, bodies, normal);
-                best = if tried.value > best.value { tried } else { best };
+                best = best.or(Peak::at(delta, bodies, normal));
             }
         }
         if best.value > peak.value + GAIN * size {
@@ -92,8 +91,7 @@ pub(super) fn climb_across(delta: DVec3, body: impl Supporting, axis: DVec3, sta
             let across = |n: DVec3| (n - axis * axis.dot(n)).try_normalize();
             let mut best = Peak::at(delta, &[body], (peak.normal + along * step).normalize());
             if let Some(normal) = body.gauge(moved).and_then(|(_, normal)| across(normal)) {
-                let tried = Peak::at(delta, &[body], normal);
-                best = if tried.value > best.value { tried } else { best };
+                best = best.or(Peak::at(delta, &[body], normal));
             }
             if best.value > peak.value + GAIN * size {
                 peak = best;
@@ -127,6 +125,11 @@ pub(super) fn point_across(p: DVec3, body: impl Supporting, peak: &Peak<1>) -> D
 }
 
 impl<const N: usize> Peak<N> {
+    /// The higher of two peaks, of equal ones this.
+    fn or(self, other: Peak<N>) -> Peak<N> {
+        if other.value > self.value { other } else { self }
+    }
+
     /// The Hessians of the bodies' support functions.
     fn hessians(&self, bodies: &[impl Supporting; N], basis: Basis) -> [Hessian; N] {
         std::array::from_fn(|i| bodies[i].hessian(self.normal, self.heights[i], basis))

@@ -5,8 +5,8 @@
 //! by its ball, then `f + rho` is the same function of the shrunken bodies, concave and positively homogeneous, so at
 //! most one maximum is above `-rho`. A step that does not raise `f` is shortened.
 //!
-//! It is written over the trait [`Supporting`], which ellipsoids and custom shapes implement. Bodies with flat places are
-//! climbed in `flat`.
+//! It is written over the trait [`Supporting`], which ellipsoids and custom shapes implement. Bodies with flat places
+//! are climbed in `flat`.
 
 use super::flat;
 use glam::DVec3;

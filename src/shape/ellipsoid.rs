@@ -137,9 +137,10 @@ pub(super) fn tips([x, y, z]: [f64; 3]) -> [f64; 2] {
     })
 }
 
-/// The ellipsoid with the same tips and another semi-axis along z, if it is not flatter than a ball. A tip at the origin
-/// has the half width `sqrt(r (2 h - h^2 / z))` at the height `h`, with its radius of curvature `r`: it rises with the
-/// semi-axis `z`, so that a shorter ellipsoid with the same tips lies in a longer one that it touches at a tip.
+/// The ellipsoid with the same tips and another semi-axis along z, if it is not flatter than a ball. A tip at the
+/// origin has the half width `sqrt(r (2 h - h^2 / z))` at the height `h`, with its radius of curvature `r`: it rises
+/// with the semi-axis `z`, so that a shorter ellipsoid with the same tips lies in a longer one that it touches at a
+/// tip.
 pub(super) fn grown(radii: [f64; 3], z: f64) -> Option<[f64; 3]> {
     let tips = tips(radii);
     let [x, y] = tips.map(|tip| (tip * z).sqrt());

@@ -190,8 +190,8 @@ pub(super) fn lengths(bodies: &Bodies, block: &mut Block, errors: &mut Errors) -
     Some(range)
 }
 
-/// Half a rod's segment, the semi-axis along z of an ellipsoid, whose others follow from it where it grows; not a number
-/// for other shapes.
+/// Half a rod's segment, the semi-axis along z of an ellipsoid, whose others follow from it where it grows; not a
+/// number for other shapes.
 pub(super) fn half_segment(shape: &Shape) -> f64 {
     match shape.geometry() {
         Geometry::Centreline { curve: Centreline::Segment { half }, .. } => half,

@@ -17,8 +17,8 @@ impl Limits {
     ///
     /// Of a rod along a ring's axis but for 1e-8 the direction in the ring's plane is rounding, and leans along the rod
     /// by that angle. Deep in each other, a convex body's points are known to the root of a rounding where all normals
-    /// round about are nearly as good; those of a thin one move by its aspect ratio as far. Those of superellipsoids meet
-    /// where their surfaces are that near.
+    /// round about are nearly as good; those of a thin one move by its aspect ratio as far. Those of superellipsoids
+    /// meet where their surfaces are that near.
     pub fn of(kinds: [&str; 2]) -> Limits {
         let normal = if kinds.contains(&"ring") && kinds.contains(&"rod") { 1e-6 } else { 1e-9 };
         let lever = if kinds.iter().all(|kind| matches!(*kind, "sphere" | "rod" | "ring")) {

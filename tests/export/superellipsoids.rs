@@ -1,5 +1,5 @@
-//! Superellipsoids in other programs' formats, which have none: the ellipsoid with their semi-axes is drawn, their name
-//! and sizes are told.
+//! Superellipsoids in other programs' formats, which have none: exports draw the ellipsoid with their semi-axes, and
+//! name the shape and its sizes.
 
 use crate::gsd_file;
 use crate::vtp_file::{Vtp, collection};

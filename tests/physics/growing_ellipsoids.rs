@@ -215,8 +215,8 @@ fn a_squeezed_ellipsoid_grows_by_its_pressure() {
             "bodies": [{"shape": {"ellipsoid": {"radii": [0.5, 0.5, 1]}}, "position": [0, 0, 0], "axis": along}]});
         let state = run(parse(&scene), &Compute::Cpu);
         let length = state.bodies.shape[0].growing_length().unwrap();
-        // One wall carries the load of 50: a virial of 50 times the half width, over twice the area or thrice the volume.
-        // Twice the area, pi / 2, and thrice the volume, pi / 3, are equal here.
+        // One wall carries the load of 50: a virial of 50 times the half width, over twice the area or thrice the
+        // volume. Twice the area, pi / 2, and thrice the volume, pi / 3, are equal here.
         let size = PI;
         let pressure = 50.0 * 0.5 / size;
         let rate = 0.1 * (-1e-3 * pressure).exp();

@@ -1,6 +1,7 @@
 """Makes the scenes of films of cells with a wavy surface: python3 films.py grow SEED, then cut SEED LENGTH."""
 import json, math, sys
-# Twice as large: 40, 10, 28, 2, with {"4": (150, .02, 11), "6": (250, .015, 5.5)}, 560 founders up to 16, 1,250 cells at most and a field of 80 x 56.
+# Twice as large: 40, 10, 28, 2, with {"4": (150, .02, 11), "6": (250, .015, 5.5)}, 560 founders up to 16, 1,250 cells
+# at most and a field of 80 x 56.
 W, DEPTH, TOP, WAVE = 20.0, 5.0, 14.0, 1.0
 # The length over which the front is fed: diffusion, step, end.
 KINDS = {"0.75": (12, .03, 52), "1.25": (30, .03, 27), "2": (50, .02, 12), "3": (80, .015, 6.6)}

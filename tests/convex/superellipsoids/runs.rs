@@ -328,8 +328,8 @@ fn a_run_that_crashed_goes_on_to_the_same_bits() {
     }
 }
 
-/// The order of a pair of equal sizes is one of its numbers, so that swapping the bodies flips the normal and changes no
-/// bit.
+/// The order of a pair of equal sizes is one of its numbers, so that swapping the bodies flips the normal and changes
+/// no bit.
 #[test]
 fn swapped_bodies_have_the_same_bits() {
     let random = &mut random(72);

@@ -38,8 +38,8 @@ fn volume_and_inertia_are_dirichlets_integrals() {
     }
 }
 
-/// The integral from 0 to 1 of a function of `z` and its logarithm, which may have roots at the ends: the trapezoidal rule
-/// in `t` with `z = 1 / (1 + exp(-pi sinh t))`.
+/// The integral from 0 to 1 of a function of `z` and its logarithm, which may have roots at the ends: the trapezoidal
+/// rule in `t` with `z = 1 / (1 + exp(-pi sinh t))`.
 fn integral(f: impl Fn(f64, f64) -> f64) -> f64 {
     const STEP: f64 = 0.01;
     let at = |i: i32| {
