@@ -39,6 +39,7 @@ pub(super) fn measure(arguments: &Arguments) -> Result<Exit, CliError> {
         output::json(&Printed { folder: &folder, files: &files, document: Document::new(&measured) })?;
     } else if !arguments.print.quiet {
         print(&measured, &folder, &files)?;
+        tell_of_own(&arguments.run)?;
     }
     Ok(Exit::Done)
 }
@@ -47,6 +48,18 @@ pub(super) fn measure(arguments: &Arguments) -> Result<Exit, CliError> {
 fn place(run: &Path, name: &str) -> PathBuf {
     if run.is_dir() { run.join("measures") } else { PathBuf::from(format!("{name}-measures")) }
 }
+
+/// Says where the measures are that the run itself recorded: they have more rows than there are states.
+fn tell_of_own(run: &Path) -> Result<(), CliError> {
+    let own = run.join(OWN);
+    if !own.is_file() {
+        return Ok(());
+    }
+    output::write(|out| writeln!(out, "  note: the run recorded its own output.measures as it went: {}", own.display()))
+}
+
+/// The table of a run's own measures in its folder.
+const OWN: &str = "measures.csv";
 
 /// Prints the values of the last state, and the paths of the files with all others.
 fn print(measured: &Measured, folder: &Path, files: &[PathBuf]) -> Result<(), CliError> {

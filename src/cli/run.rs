@@ -162,7 +162,8 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
     let begun = Instant::now();
     let scene = Scene::load(source, &arguments.sets)?;
     driver::compute_alone(&arguments.compute, &scene, Some(source));
-    let bodies = placing::place(&scene, interrupt, arguments.print.quiet)?;
+    let bodies = placing::place(&scene, interrupt, arguments.print.quiet)
+        .map_err(|fault| fault.located_in(source, &arguments.sets))?;
     let compute = settle(arguments, &scene)?;
     let builder = Simulation::builder(scene).bodies(bodies).on(&compute);
     let simulation = compiling::watch(&compute, arguments.print.quiet, || builder.build()).map_err(CliError::start)?;

@@ -24,7 +24,7 @@ pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {
 
 pub(super) fn check(arguments: &Check) -> Result<Exit, CliError> {
     let scene = Scene::load(&arguments.scene, &arguments.sets)?;
-    let bodies = scene.build()?;
+    let bodies = scene.build().map_err(|fault| fault.located_in(&arguments.scene, &arguments.sets))?;
     let (name, count, steps) = (&scene.name, bodies.len(), scene.time.steps());
     let warnings: Vec<String> = scene.warnings().into_iter().chain(start_warning(&scene, &bodies)).collect();
     if arguments.print.json {

@@ -12,7 +12,8 @@ pub(super) fn extended(scene: &Scene, taken: u64, until: f64) -> Result<Scene, S
     let last = time.steps();
     // NaN is not a later time.
     if until < time.end || until.is_nan() {
-        return Err(format!("its end is at time {}; name a later one, not {}", exact(time.end), exact(until)));
+        let early = if taken < last { SHORT_OF_ITS_END } else { "" };
+        return Err(format!("its end is at time {}; name a later one, not {}{early}", exact(time.end), exact(until)));
     }
     if taken >= last && time.span(last) < 1.0 && until > time.end {
         return Err(format!(
@@ -34,6 +35,10 @@ pub(super) fn is_of(header: &Header, scene: &Scene) -> bool {
     ended.time.end = header.time;
     header.scene == scene_hash(scene) || header.scene == scene_hash(&ended)
 }
+
+/// What follows where a run has not come to its end.
+const SHORT_OF_ITS_END: &str = " (it has not come there: resume it without another end; if growth.stop ended it, start \
+                                a new run from its final.json, with another growth.stop)";
 
 /// The reason for a run whose bodies were all removed.
 pub(super) const EMPTY: &str = "no body is left; start a new run";

@@ -8,7 +8,7 @@ use super::error::{FaultKind, SceneError, shortened};
 use super::nearest::nearest;
 use super::place::{self, Place};
 use super::set::Override;
-use super::translate::{Misread, translate, translate_syntax};
+use super::translate::{Misread, names_of_unknown, needs_single_key, segment, translate, translate_syntax};
 use super::tree::Tree;
 use super::{BuiltIn, Scene};
 use serde::de::DeserializeOwned;
@@ -98,6 +98,26 @@ impl Scene {
             Some(scene) => parse_with(scene.text, scene.name, sets),
             None if source == Path::new(STANDARD_INPUT) => Source::standard_input()?.scene(sets),
             None => Source::file(source)?.scene(sets),
+        }
+    }
+}
+
+impl SceneError {
+    /// A fault of placing the bodies of a scene, with the location of its key in the file, the built-in scene or the
+    /// override that the scene was read from. Unchanged where the source cannot be read again, as the standard input.
+    #[must_use]
+    pub fn located_in(self, source: impl AsRef<Path>, overrides: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        let sets: Result<Vec<_>, _> = overrides.into_iter().map(|set| Override::parse(set.as_ref())).collect();
+        let source = source.as_ref();
+        let text = match source.to_str().and_then(BuiltIn::named) {
+            Some(scene) => Ok(Source::new(scene.text, scene.name)),
+            None => Source::file(source),
+        };
+        match (text, sets) {
+            (Ok(text), Ok(sets)) if source != Path::new(STANDARD_INPUT) => {
+                text.shown(put(self, &text.origin, &text.text, &sets))
+            }
+            _ => self,
         }
     }
 }
@@ -239,6 +259,9 @@ fn unmarked(text: &str) -> &str {
     text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 
+/// The remedy where a file of a bare name is missing.
+const NO_FILE: &str = "the current folder has no such file, and no built-in scene has a name like it";
+
 fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
     let refuse = |message: String| SceneError::new(FaultKind::Io, "", message).of(origin);
     let file = File::open(path).map_err(|e| {
@@ -253,7 +276,7 @@ fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
             Some(name) => {
                 fault.with_help(format!("neither a file nor a built-in scene; the nearest built-in scene is `{name}`"))
             }
-            None => fault,
+            None => fault.with_help(NO_FILE),
         }
     })?;
     let meta = file.metadata().map_err(|e| refuse(format!("cannot be read: {e}")))?;
@@ -310,7 +333,11 @@ fn typed(text: &str, sets: &[Override]) -> Result<Scene, Misread> {
         set.apply(&mut value).map_err(|error| Misread { error, byte: None })?;
     }
     let effective = value.to_string();
-    let scene = from_tree(value, text)?;
+    let scene = from_tree(value, text).map_err(|misread| match refuse_lists(&effective) {
+        // serde takes a list for an object and complains of the list's first item.
+        Err(list) if misread.error.key().starts_with(list.error.key()) => list,
+        _ => misread,
+    })?;
     refuse_lists(&effective).map(|()| scene)
 }
 
@@ -327,7 +354,28 @@ fn tree(text: &str) -> Result<Value, Misread> {
 }
 
 fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread> {
-    serde_path_to_error::deserialize(value).map_err(|e| translate(e.path(), e.inner(), text))
+    serde_path_to_error::deserialize(&value).map_err(|e| {
+        let choices = if needs_single_key(e.inner()) { choices_at::<T>(&value, e.path()) } else { Vec::new() };
+        translate(e.path(), e.inner(), text).with_choices(&choices)
+    })
+}
+
+/// The keys that may stand at a path whose value must be an object with a single key: serde names them where that key
+/// is unknown.
+fn choices_at<T: DeserializeOwned>(value: &Value, path: &serde_path_to_error::Path) -> Vec<String> {
+    let pointer: String = path.iter().filter_map(segment).map(|key| format!("/{}", pointed(&key))).collect();
+    let mut probe = value.clone();
+    let Some(place) = probe.pointer_mut(&pointer) else { return Vec::new() };
+    *place = Value::Object([(String::new(), Value::Null)].into_iter().collect());
+    match serde_path_to_error::deserialize::<_, T>(&probe) {
+        Err(fault) if fault.path().to_string() == path.to_string() => names_of_unknown(fault.inner()),
+        _ => Vec::new(),
+    }
+}
+
+/// A key in a JSON pointer (RFC 6901).
+fn pointed(key: &str) -> String {
+    key.replace('~', "~0").replace('/', "~1")
 }
 
 /// The keys whose values are lists of lists.
@@ -388,6 +436,9 @@ const LISTS: &[&str] = &[
     "remove",
 ];
 
+/// Keys whose object holds the list that users write in its place, with the remedy.
+const LISTS_WITHIN: [(&str, &str); 1] = [("periodic", "write \"periodic\": {\"lengths\": [...]}")];
+
 /// The key whose object has values of any type, by dotted keys.
 const OF_ANY_TYPE: &str = "set";
 
@@ -395,12 +446,10 @@ fn refuse_lists(text: &str) -> Result<(), Misread> {
     match place::misplaced_list(text, LISTS, &LISTS_OF_LISTS, OF_ANY_TYPE) {
         None => Ok(()),
         Some(path) => {
-            let error = SceneError::new(
-                FaultKind::WrongType,
-                path.join("."),
-                "expected an object or a single value, found a list",
-            );
-            Err(Misread { error, byte: None })
+            let words = "expected an object or a single value, found a list";
+            let error = SceneError::new(FaultKind::WrongType, path.join("."), words);
+            let help = LISTS_WITHIN.iter().find(|(key, _)| *key == path.join(".")).map(|(_, help)| *help);
+            Err(Misread { error: help.into_iter().fold(error, SceneError::with_help), byte: None })
         }
     }
 }

@@ -13,6 +13,34 @@ pub(super) struct Misread {
     pub byte: Option<usize>,
 }
 
+impl Misread {
+    /// The same fault with the keys that may stand there, if there are any.
+    pub fn with_choices(mut self, choices: &[String]) -> Self {
+        if !choices.is_empty() {
+            self.error = self.error.with_help(format!("the keys here are {}", choices.join(", ")));
+        }
+        self
+    }
+}
+
+/// Whether an object with a single key was expected.
+pub(super) fn needs_single_key(error: &serde_json::Error) -> bool {
+    without_place(error).ends_with(SINGLE_KEY) || without_place(error).ends_with(WORD_OR_SINGLE_KEY)
+}
+
+/// What serde expects where an object has a single key; and where it may be a word too.
+const SINGLE_KEY: &str = "expected map with a single key";
+const WORD_OR_SINGLE_KEY: &str = "expected string or map";
+
+/// The names that serde lists where a choice is unknown.
+pub(super) fn names_of_unknown(error: &serde_json::Error) -> Vec<String> {
+    let words = without_place(error);
+    if !words.starts_with("unknown variant") {
+        return Vec::new();
+    }
+    words.split('`').skip(3).step_by(2).map(str::to_owned).collect()
+}
+
 /// Translates a fault of parsing or typing at `path`.
 pub(super) fn translate(path: &Path, error: &serde_json::Error, text: &str) -> Misread {
     let mut key: Vec<String> = path.iter().filter_map(segment).collect();
@@ -55,7 +83,7 @@ pub(super) fn translate_syntax(error: &serde_json::Error, text: &str) -> Misread
     Misread { error: syntax(&without_place(error), "", text, Some(byte)), byte: Some(byte) }
 }
 
-fn segment(segment: &Segment) -> Option<String> {
+pub(super) fn segment(segment: &Segment) -> Option<String> {
     match segment {
         Segment::Seq { index } => Some(index.to_string()),
         Segment::Map { key } => Some(key.clone()),
@@ -109,6 +137,10 @@ fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> 
 /// What follows where a number is a text: it may have a unit.
 const UNITS: &str = "; write the number alone, in units of your own, the same for the whole scene";
 
+/// What follows where a number is null: users leave a side of a box open by it.
+const NULL: &str = "; null stands for an open axis in periodic.lengths alone (for a box with an open side, write a \
+                    half_space for each of the others, or put this side far away)";
+
 /// serde's message, with its names of types in a user's terms.
 fn plain(words: &str) -> String {
     let (found, wanted) = words.split_once(", expected ").unwrap_or((words, ""));
@@ -128,6 +160,9 @@ fn plain(words: &str) -> String {
     };
     if wanted.is_empty() {
         return format!("is refused: {found}");
+    }
+    if found == "null" && wanted == "a number" {
+        return format!("expected a number, found null{NULL}");
     }
     let wanted = wanted.replace("an array of length", "a list of length");
     let units = if wanted == "a number" && found.starts_with("string") { UNITS } else { "" };

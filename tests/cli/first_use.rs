@@ -213,3 +213,39 @@ fn help_wraps_once() {
         }
     }
 }
+
+#[test]
+fn a_refusal_about_placing_has_no_place_in_the_file() {
+    let place = Place::new();
+    let founder = json!({"name": "f", "planar": true, "walls": [{"half_space": {"normal": [1, 0, 0], "offset": 0}}],
+        "generate": [{"founder": {"position": [-5, 0, 0], "diameter": 1, "length": 2}}],
+        "growth": {"division_length": 4, "rate": 1}, "time": {"dt": 0.1, "end": 1}});
+    fs::write(place.at("f.json"), founder.to_string()).unwrap();
+    for command in ["check", "run"] {
+        let err = words(&place.relcp(&[command, "f.json"]).expect(2).err);
+        assert!(err.contains("f.json:1:") && err.contains("generate.0.founder: the body reaches"), "{command}: {err}");
+    }
+    let set = "generate.0.founder.position.0=-6";
+    let err = words(&place.relcp(&["check", "f.json", "--set", set]).expect(2).err);
+    assert!(err.contains("generate.0.founder") && err.contains("reaches 7"), "{err}");
+}
+
+#[test]
+fn an_object_with_a_wrong_key_or_a_list_in_its_place_does_not_say_what_may_stand_there() {
+    let place = Place::new();
+    let refusal = |more: Value| {
+        fs::write(place.at("b.json"), ball(&more).to_string()).unwrap();
+        words(&place.relcp(&["check", "b.json"]).expect(2).err)
+    };
+    let err = refusal(json!({"generate": [{"placement": "random", "count": 3}]}));
+    assert!(err.contains("the keys here are isotropic, chainmail, founder"), "{err}");
+    let err = refusal(json!({"walls": [{"half_space": {"normal": [0, 0, 1], "offset": 0}, "name": "floor"}]}));
+    assert!(err.contains("the keys here are half_space"), "{err}");
+    let err = refusal(json!({"periodic": [10, 10, 10]}));
+    assert!(err.contains("b.json:1:") && err.contains("periodic: expected an object"), "{err}");
+    assert!(err.contains("write \"periodic\": {\"lengths\": [...]}"), "{err}");
+    let err = refusal(json!({"walls": [{"box": {"minimum": [-5, -5, -5], "maximum": [5, 5, null]}}]}));
+    assert!(err.contains("walls.0.box.maximum.2: expected a number, found null") && err.contains("half_space"), "{err}");
+    let err = words(&place.relcp(&["run", "none.json"]).expect(4).err);
+    assert!(err.contains("the current folder has no such file"), "{err}");
+}
