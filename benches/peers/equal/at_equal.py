@@ -2,11 +2,18 @@
 
 # Tolerances that relcp is measured at, whatever engines overlap by.
 DECADES = ["1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7"]
-# relcp's time step in all its runs.
+# relcp's time step, and that of scenes in which it is another.
 DT = 0.1
+OTHER_DT = {"colony-1024": 0.01}
 # Where the names of engines stand beside their points, the one with the least overlap first: points lie close.
 LABELS = [(-6, -12, "right"), (6, -12, "left"), (-6, 6, "right"), (0, 14, "center"), (6, 4, "left")]
-TITLES = {"rods-1000": "1,000 rods", "ellipsoids-1000": "1,000 ellipsoids", "rods-8000": "8,000 rods"}
+TITLES = {"rods-1000": "1,000 rods", "ellipsoids-1000": "1,000 ellipsoids", "colony-1024": "a colony to 1,024 cells",
+          "rods-8000": "8,000 rods"}
+
+
+def dt(scene):
+    """relcp's time step."""
+    return OTHER_DT.get(scene, DT)
 
 
 def twin(engine):
@@ -67,7 +74,7 @@ def blocks(rows, names, table):
     loads = [row["load"] for row in rows]
     said = f"Measured {' to '.join(dict.fromkeys([days[0], days[-1]]))} from {clocks[0]} to {clocks[-1]} UTC, "
     rounds = max(row["round"] for row in rows)
-    said += f"{rows[0]['machine']}, one thread on one core, relcp at a step of {DT:g}, by turns"
+    said += f"{rows[0]['machine']}, one thread on one core, relcp at a step of {DT:g} (colony {OTHER_DT['colony-1024']:g}), by turns"
     said += f"; the least of {rounds} rounds" if rounds > 1 else ""
     said += f". Load of the machine, which other programs shared: {min(loads):.1f} to {max(loads):.1f}.\n"
     return {
@@ -83,8 +90,11 @@ def curves(rows, names, colours):
     import matplotlib.pyplot as plot
 
     scenes = [scene for scene in TITLES if pairs(rows, scene)]
-    figure, axes = plot.subplots(1, len(scenes), figsize=(4.6 * len(scenes), 3.8), squeeze=False)
-    for scene, axis in zip(scenes, axes[0]):
+    high = (len(scenes) + 1) // 2
+    figure, axes = plot.subplots(high, 2, figsize=(9.2, 3.8 * high), squeeze=False)
+    for axis in axes.flat[len(scenes) :]:
+        axis.remove()
+    for scene, axis in zip(scenes, axes.flat):
         best = quickest(row for row in rows if row["scene"] == scene and row.get("ended") is None)
         own = sorted((row["max_overlap"], row["cpu_s"]) for (_, engine, _), row in best.items() if engine == "relcp")
         axis.loglog(*zip(*own), "-o", color=colours["relcp"], markersize=4)

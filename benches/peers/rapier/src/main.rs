@@ -5,9 +5,10 @@
 //! gets the field's velocity and no spin before every step), `iterations`, `pgs`, `stabilization`, `frequency`,
 //! `damping_ratio`, `prediction`, `corrective`, `allowed_error`, `recycling`; `centre` of the field along x, `trap` (a
 //! stiffness, in place of the field), `forces` (a file of a force a body, in place of the field), `spin` about z,
-//! `repeats` (whole runs, of which the quickest counts). What is not given is the engine's default. Version
-//! `0.36-friction` runs other scenes: see [`friction`].
+//! `repeats` (whole runs, of which the quickest counts). What is not given is the engine's default. Versions
+//! `0.36-friction` and `0.36-colony` run other scenes: see [`friction`] and [`colony`].
 
+mod colony;
 #[cfg(feature = "f64")]
 mod double;
 mod friction;
@@ -20,6 +21,9 @@ use run::{Fault, Run};
 fn main() -> Result<(), Fault> {
     if std::env::args().any(|word| word == "version=0.36-friction") {
         return friction::follow();
+    }
+    if std::env::args().any(|word| word == "version=0.36-colony") {
+        return colony::follow();
     }
     let run = Run::from_arguments()?;
     match run.word("version")? {
