@@ -29,11 +29,11 @@ def looked_at(frames):
     return {"max_overlap": largest, "gyration": float(numpy.sqrt((spread**2).sum(1).mean()))}
 
 
-def of_relcp(program, tolerance, dt):
-    """A run by relcp; the CPU time is that of the whole process."""
+def of_relcp(program, tolerance, dt, **more):
+    """A run by relcp, with more keys of the scene; the CPU time is that of the whole process."""
     with tempfile.TemporaryDirectory() as folder:
         keys = [f"contact.overlap_tolerance={tolerance}", f"time.dt={dt}", "time.end=9", f"output.every={EVERY}"]
-        keys += [f"growth.stop.population={CELLS}", "output.picture=false"]
+        keys += [f"growth.stop.population={CELLS}", "output.picture=false", *(f"{key}={more[key]}" for key in more)]
         sets = [word for key in keys for word in ("--set", key)]
         command = [program, "run", "colony", "--backend", "cpu", "--threads", "1", "--quiet", "--out", folder + "/run"]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -82,7 +82,7 @@ def main():
     engine, program, *words = sys.argv[1:]
     settings = dict(word.split("=", 1) for word in words)
     dt = float(settings.pop("dt"))
-    row = of_relcp(program, settings["tolerance"], dt) if engine == "relcp" else of_rapier(program, settings, dt)
+    row = of_relcp(program, dt=dt, **settings) if engine == "relcp" else of_rapier(program, settings, dt)
     print(json.dumps(row))
 
 
