@@ -335,7 +335,7 @@ fn typed(text: &str, sets: &[Override]) -> Result<Scene, Misread> {
     let effective = value.to_string();
     let scene = from_tree(value, text).map_err(|misread| match refuse_lists(&effective) {
         // serde takes a list for an object and complains of the list's first item.
-        Err(list) if misread.error.key().starts_with(list.error.key()) => list,
+        Err(list) if misread.error.key().starts_with(&format!("{}.", list.error.key())) => list,
         _ => misread,
     })?;
     refuse_lists(&effective).map(|()| scene)
