@@ -161,6 +161,12 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         (self.places, self.portion) = (Some(places), portion);
     }
 
+    /// The position of each body in the order that a step sets, where this process has all rows.
+    pub(super) fn positions(&self, bodies: usize) -> Option<&[u32]> {
+        let given = self.places.as_ref().filter(|places| places.place.len() == bodies && self.portion.is_alone(bodies));
+        given.map(|places| places.place.as_slice())
+    }
+
     /// The largest entry of the diagonal, and whether it and all offsets are finite.
     fn survey(&self) -> (f64, bool) {
         let largest = self.diagonals.plain.iter().fold(0.0, |largest: f64, s| largest.max(*s));

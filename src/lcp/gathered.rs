@@ -3,6 +3,7 @@
 use super::cpu::Cpu;
 use super::domain::{Border, Domain};
 use super::drive::Drive;
+use super::islands::{Given, Islands, NONE, groups};
 use super::loops::{self, Chunks};
 use super::portion::Portion;
 use super::product::Product;
@@ -101,6 +102,10 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         }
     }
 
+    fn is_alone(&self, bodies: usize) -> bool {
+        self.domain.as_ref().is_none_or(|domain| domain.among_all.len() != bodies)
+    }
+
     fn has_threads(&self) -> bool {
         self.border.is_none()
     }
@@ -129,6 +134,28 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         drive.at.x = cpu.portion.numbers_here(&of_whole.at.x, cpu.order.len());
         drive.history = of_whole.history;
         solved
+    }
+
+    fn solve_islands(solver: &mut Solver<D, Self>, gamma: &mut [f64]) -> Option<Outcome> {
+        let tightest = solver.for_islands()?;
+        let cpu = &solver.task.cpu;
+        let border = cpu.portion.border.as_ref()?;
+        let bodies = border.domain.bodies;
+        groups(all_moving(cpu, border).into_iter(), bodies)?;
+        let rows = Self::gathered(cpu).rows();
+        let (pair, jacobian, q) = (rows.pair.to_vec(), rows.jacobian.to_vec(), rows.q.to_vec());
+        let problem = Problem { bodies, pair, jacobian, q, ..Problem::default() };
+        let place: Vec<u32> = (0..bodies as u32).collect();
+        let given = Given { place: &place, tightest, settings: solver.task.settings };
+        solve_all(solver, gamma, |islands, all, portion| islands.solve(&problem, all, given, portion))
+    }
+
+    fn resume_islands(solver: &mut Solver<D, Self>, gamma: &mut [f64]) -> Outcome {
+        let settings = solver.task.settings;
+        if solver.task.cpu.portion.border.is_none() {
+            return solver.islands.run(&solver.task.cpu.portion, gamma, settings);
+        }
+        solve_all(solver, gamma, |islands, all, portion| islands.run(portion, all, settings))
     }
 
     fn relax(solver: &mut Solver<D, Self>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
@@ -224,6 +251,35 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         };
         shares.into_iter().zip(sizes).map(&mut of_part).collect()
     }
+}
+
+/// The bodies that each of all rows moves, in global order.
+fn all_moving<const D: usize>(cpu: &Cpu<D, OfDomain<D>>, border: &Border) -> Vec<[u32; 2]> {
+    let rows = cpu.rows();
+    let word = |row: usize| {
+        let of = |side: usize| match rows.jacobian[row][side] == [0.0; D] {
+            true => NONE,
+            false => border.domain.among_all[rows.pair[row][side] as usize],
+        };
+        u64::from(of(0)) << 32 | u64::from(of(1))
+    };
+    let own: Vec<u64> = border.rows.clone().map(word).collect();
+    border.all_gather(&own).into_iter().map(|word| [(word >> 32) as u32, word as u32]).collect()
+}
+
+/// Solves with the islands of all rows.
+fn solve_all<const D: usize, R>(
+    solver: &mut Solver<D, OfDomain<D>>,
+    gamma: &mut [f64],
+    solve: impl FnOnce(&mut Islands<D>, &mut Vec<f64>, &OfDomain<D>) -> R,
+) -> R {
+    let mut x = Vec::new();
+    solver.task.cpu.import(gamma, &mut x);
+    let mut all = solver.task.cpu.portion.gather_numbers(&x);
+    let solved = solve(&mut solver.islands, &mut all, &solver.task.cpu.portion);
+    let cpu = &solver.task.cpu;
+    cpu.export(&cpu.portion.numbers_here(&all, cpu.order.len()), gamma);
+    solved
 }
 
 /// The whole problem, gathered on all processes.

@@ -29,6 +29,7 @@ mod friction;
 #[cfg(feature = "mpi")]
 pub(crate) mod gathered;
 mod interior_point;
+mod islands;
 mod kind;
 mod local;
 mod numbering;

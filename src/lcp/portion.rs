@@ -28,6 +28,8 @@ pub trait Portion<const D: usize>: Clone + Debug + Default + Send + Sync {
         chunk: impl FnMut(Range<usize>) -> [f64; N],
         chunks: &Chunks,
     ) -> [f64; N];
+    /// Whether a process will have all rows of problems of this many bodies.
+    fn is_alone(&self, bodies: usize) -> bool;
     /// Whether threads can share its rows.
     fn has_threads(&self) -> bool;
     /// The whole problem, with its rows in global order.
@@ -38,6 +40,10 @@ pub trait Portion<const D: usize>: Clone + Debug + Default + Send + Sync {
         drive: &mut Drive<Vec<f64>>,
         solve: impl FnOnce(&mut Cpu<D, Self>, &mut Drive<Vec<f64>>) -> R,
     ) -> R;
+    /// Solves the solver's problem by its islands, if it is distributed and has several.
+    fn solve_islands(solver: &mut Solver<D, Self>, gamma: &mut [f64]) -> Option<Outcome>;
+    /// Continues with the islands of the solver's last problem.
+    fn resume_islands(solver: &mut Solver<D, Self>, gamma: &mut [f64]) -> Outcome;
     /// Relaxes the solver's problem.
     fn relax(solver: &mut Solver<D, Self>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome;
     /// Whether this process counts a row: one process counts each.
@@ -89,6 +95,10 @@ impl<const D: usize> Portion<D> for Alone {
         loops::join_chunks(start, join, chunk, chunks)
     }
 
+    fn is_alone(&self, _bodies: usize) -> bool {
+        true
+    }
+
     fn has_threads(&self) -> bool {
         true
     }
@@ -103,6 +113,14 @@ impl<const D: usize> Portion<D> for Alone {
         solve: impl FnOnce(&mut Cpu<D>, &mut Drive<Vec<f64>>) -> R,
     ) -> R {
         solve(cpu, drive)
+    }
+
+    fn solve_islands(_solver: &mut Solver<D>, _gamma: &mut [f64]) -> Option<Outcome> {
+        None
+    }
+
+    fn resume_islands(solver: &mut Solver<D>, gamma: &mut [f64]) -> Outcome {
+        solver.islands.run(&Alone, gamma, solver.task.settings)
     }
 
     fn relax(solver: &mut Solver<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {

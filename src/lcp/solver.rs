@@ -4,6 +4,7 @@ use super::cpu::Cpu;
 use super::drive::{Drive, ResidualSample};
 use super::engine::{Engine, Task};
 use super::friction::Friction;
+use super::islands::{Given, Islands};
 use super::portion::{Alone, Portion};
 use super::{Outcome, Places, Problem, Settings, SolverKind};
 
@@ -32,6 +33,8 @@ pub struct Solver<const D: usize, P: Portion<D> = Alone> {
     pub(super) engine: Engine<D, P>,
     /// Solves problems with cones.
     friction: Friction<D>,
+    /// Solves problems of several islands.
+    pub(super) islands: Islands<D>,
     /// Whether the last problem had cones.
     with_cones: bool,
 }
@@ -51,7 +54,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     pub(crate) fn with_portions(kind: SolverKind, settings: Settings) -> Self {
         let engine = Engine::new(kind, &settings);
         let task = Task { cpu: Cpu::default(), drive: Drive::default(), settings };
-        Solver { task, engine, friction: Friction::new(kind), with_cones: false }
+        Solver { task, engine, friction: Friction::new(kind), islands: Islands::default(), with_cones: false }
     }
 
     /// Tunes the solver for LCPs with many nearly parallel rows, such as a recursion appends. They slow conjugate
@@ -111,6 +114,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// [`Problem::check`], and if the solver does not [support friction](SolverKind::supports_friction).
     pub fn solve(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         self.engine.forget();
+        self.islands.forget();
         self.solve_next(problem, gamma)
     }
 
@@ -121,13 +125,20 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// As [`Solver::solve`].
     pub fn solve_next(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         gamma.resize(problem.q.len(), 0.0);
-        let Task { cpu, drive, settings } = &mut self.task;
+        let Task { drive, settings, .. } = &mut self.task;
         drive.history.iter_mut().for_each(Vec::clear);
         self.with_cones = !problem.cones.is_empty();
         if self.with_cones {
             return self.friction.solve(problem, gamma, drive, settings);
         }
-        cpu.rebuild(problem);
+        if let Some(outcome) = self.solve_islands(problem, gamma) {
+            return outcome;
+        }
+        self.task.cpu.rebuild(problem);
+        if let Some(outcome) = P::solve_islands(self, gamma) {
+            return outcome;
+        }
+        let Task { cpu, drive, .. } = &mut self.task;
         cpu.import(gamma, &mut drive.at.x);
         self.run(gamma, false)
     }
@@ -146,8 +157,27 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         if self.with_cones {
             return self.friction.resume(gamma, drive, settings);
         }
+        if self.islands.are_used() {
+            return P::resume_islands(self, gamma);
+        }
         cpu.restart_count();
         self.run(gamma, true)
+    }
+
+    /// Solves a problem by its islands, in a step with `auto`, if it has several.
+    fn solve_islands(&mut self, problem: &Problem<D>, gamma: &mut [f64]) -> Option<Outcome> {
+        self.islands.leave();
+        let (tightest, place) = (self.for_islands()?, self.task.cpu.positions(problem.bodies)?);
+        let given = Given { place, tightest, settings: self.task.settings };
+        self.islands.solve(problem, gamma, given, &self.task.cpu.portion)
+    }
+
+    /// The tolerance that `auto` was created with, if it may solve islands.
+    pub(super) fn for_islands(&self) -> Option<f64> {
+        match &self.engine {
+            Engine::Auto(auto) if self.task.drive.history.is_none() => auto.for_islands(),
+            _ => None,
+        }
     }
 
     fn run(&mut self, gamma: &mut [f64], goes_on: bool) -> Outcome {

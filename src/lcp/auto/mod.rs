@@ -73,6 +73,11 @@ impl<const D: usize> Auto<D> {
         (self.local, self.patient, self.team) = (None, false, None);
     }
 
+    /// The tolerance that it was created with, if it may solve islands one by one: not with many nearly parallel rows.
+    pub fn for_islands(&self) -> Option<f64> {
+        self.patient.then_some(self.tightest)
+    }
+
     /// Drops the state from the last problem, because the next one differs much.
     pub fn forget(&mut self) {
         (self.guarded, self.forecast) = (false, None);
