@@ -245,7 +245,10 @@ fn an_object_with_a_wrong_key_or_a_list_in_its_place_does_not_say_what_may_stand
     assert!(err.contains("b.json:1:") && err.contains("periodic: expected an object"), "{err}");
     assert!(err.contains("write \"periodic\": {\"lengths\": [...]}"), "{err}");
     let err = refusal(json!({"walls": [{"box": {"minimum": [-5, -5, -5], "maximum": [5, 5, null]}}]}));
-    assert!(err.contains("walls.0.box.maximum.2: expected a number, found null") && err.contains("half_space"), "{err}");
+    assert!(
+        err.contains("walls.0.box.maximum.2: expected a number, found null") && err.contains("half_space"),
+        "{err}"
+    );
     let err = words(&place.relcp(&["run", "none.json"]).expect(4).err);
     assert!(err.contains("the current folder has no such file"), "{err}");
 }
