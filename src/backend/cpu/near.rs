@@ -2,7 +2,7 @@
 
 use super::first::First;
 use super::motions::Motions;
-use super::narrow_phase::{self, Near, Separate};
+use super::narrow_phase::{self, Earlier, Near, Separate};
 use super::pairs::{Pairs, Recalled};
 use super::setup::Setup;
 use super::start::Start;
@@ -38,7 +38,7 @@ impl Stages<'_> {
         let Stages { setup, start, motions, .. } = self;
         let limit = |a: usize, b: usize| motions.limit(setup, start, a, b);
         let placed = |a: usize, b: usize| first.pair(start, a, b);
-        let found = narrow_phase::within(candidates, pairs, separate, placed, limit);
+        let found = narrow_phase::within(candidates, (pairs, Earlier::default()), separate, placed, limit);
         let placed = |i: usize| first.placed(start, i);
         let mut walls = walls::near(start.walls(setup), start.bodies.len(), placed, |i| {
             if start.is_idle(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either }

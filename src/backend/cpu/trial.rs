@@ -25,6 +25,8 @@ pub(super) struct Trial<const D: usize> {
     pub(super) poses: Vec<Pose>,
     /// The pairs, and bodies at walls, that overlap; sorted by pair.
     pub(super) overlapping: Vec<Near>,
+    /// The poses that these were found at, if in the present part of a step.
+    seen: Vec<Pose>,
     /// The overlap from which on a pair is a violation.
     violating: f64,
     /// `J^T gamma`.
@@ -34,6 +36,21 @@ pub(super) struct Trial<const D: usize> {
 }
 
 impl<const D: usize> Trial<D> {
+    /// Begins a part of a step.
+    pub(super) fn begin(&mut self) {
+        self.seen.clear();
+    }
+
+    /// Which bodies rest since the last trial of this part; empty if it is the first one.
+    pub(super) fn rests(&self) -> Vec<bool> {
+        let of_body = |(seen, now): (&Pose, &Pose)| seen == now;
+        if self.seen.len() == self.poses.len() {
+            self.seen.iter().zip(&self.poses).map(of_body).collect()
+        } else {
+            Vec::new()
+        }
+    }
+
     /// Computes the trial's velocities in the scaled unknowns.
     pub(super) fn set_scaled(&mut self, rows: &RowSet<D>) {
         lcp::velocity_into(&rows.problem, &rows.gamma, &mut self.scaled);
@@ -114,6 +131,7 @@ impl<const D: usize> Trial<D> {
         violating: f64,
     ) -> Overlap {
         (self.overlapping, self.violating) = (overlapping, violating);
+        self.seen.clone_from(&self.poses);
         let worst = self.worst();
         let violates = |near: &&Near| near.found.separation < -violating && !start.is_foreign(near.pair[0] as usize);
         Overlap {

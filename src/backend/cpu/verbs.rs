@@ -1,5 +1,6 @@
 //! The verbs carried out.
 
+use super::narrow_phase::Earlier;
 use super::team::Team;
 use super::{Cpu, boxes, narrow_phase, near, timed, walls};
 use crate::dynamics::Waiting;
@@ -16,6 +17,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         let whole = self.next.is_none() && !self.start.parting;
         let taken = self.next.take().unwrap_or((Piece::WHOLE, Waiting::None));
         self.begin_with(taken, whole)?;
+        self.trial.begin();
         let Cpu { setup, start, motions, first, candidates, phases, .. } = self;
         candidates.set_periods(start.periods);
         phases.growth += begun.elapsed();
@@ -37,6 +39,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         let mut middle = start.bodies.clone();
         middle.periods = start.periods;
         trial.arrive(&mut middle, &trial.arrived(setup, start, motions));
+        trial.begin();
         start.set_middle(setup, middle);
         first.set_middle(&trial.twist, &trial.poses);
         setup.prepare(start, step)?;
@@ -84,7 +87,9 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         let begun = Instant::now();
         let placed = |a: usize, b: usize| trial.pair(start, a, b);
         let limit = |a: usize, b: usize| if start.never_collide(a, b) { f64::NEG_INFINITY } else { 0.0 };
-        let mut overlapping = narrow_phase::within(candidates, pairs, Self::SEPARATE, placed, limit);
+        let rests = trial.rests();
+        let earlier = Earlier { found: &trial.overlapping, rests: &rests };
+        let mut overlapping = narrow_phase::within(candidates, (pairs, earlier), Self::SEPARATE, placed, limit);
         pairs.renew(&overlapping);
         let bodies = start.bodies.len();
         let limit = |i: usize| if start.is_idle(i) { f64::NEG_INFINITY } else { 0.0 };
