@@ -24,8 +24,8 @@ pub struct Near {
     pub found: Separation,
 }
 
-/// What an earlier search with the same limits and bodies found, sorted by pair, and which bodies rest since: the
-/// separation of two that do is the same.
+/// What an earlier search with the same limits and bodies found, sorted by pair, and which bodies rest since. Two that
+/// do and were beyond the limit still are, to the bit. What was found is found again, from the normal found then.
 #[derive(Clone, Copy, Default)]
 pub struct Earlier<'a> {
     pub found: &'a [Near],
@@ -46,7 +46,7 @@ impl Earlier<'_> {
 }
 
 /// The separations of all `pairs` (sorted), placed as `placed(a, b)`, that are at most `limit(a, b)`; sorted by pair.
-/// Searches start from the normals that are `known`; those of pairs that rest are taken from `earlier`.
+/// Searches start from the normals that are `known`; pairs that rest since `earlier` and were not found are left out.
 pub fn within(
     pairs: &[[u32; 2]],
     (known, earlier): (&Pairs, Earlier<'_>),
@@ -62,8 +62,9 @@ pub fn within(
             let [a, b] = pair.map(|i| i as usize);
             if earlier.rest([a, b]) {
                 while earlier_from.next_if(|near| near.pair < pair).is_some() {}
-                out.extend(earlier_from.next_if(|near| near.pair == pair));
-                continue;
+                if earlier_from.next_if(|near| near.pair == pair).is_none() {
+                    continue;
+                }
             }
             let warm = cursor.find(pair).and_then(Record::normal);
             if let Some(found) = pair_within(separate, &placed(a, b), warm, limit(a, b)) {
@@ -123,10 +124,9 @@ mod tests {
         let again = search(&after, Earlier { found: &found, rests: &rests });
         assert_eq!(again, search(&after, Earlier::default()));
         assert!(again != found);
-        // Those that rest are what was found, whatever it was.
-        let marked: Vec<Near> = found.iter().map(|near| Near { feature: 7, ..*near }).collect();
-        let again = search(&after, Earlier { found: &marked, rests: &rests });
+        // Those that rest and were not found are not looked at.
+        let none = search(&after, Earlier { found: &[], rests: &rests });
         let rest = |near: &Near| near.pair.iter().all(|i| rests[*i as usize]);
-        assert!(again.iter().all(|near| (near.feature == 7) == rest(near)) && again.iter().any(|near| !rest(near)));
+        assert!(!none.is_empty() && none.iter().all(|near| !rest(near)) && again.iter().any(rest));
     }
 }
