@@ -90,7 +90,7 @@ pub(crate) use scan::Scan;
 #[cfg(feature = "gpu")]
 pub(crate) use sort::Sort;
 #[cfg(feature = "gpu")]
-pub(crate) use source::{Fragment, Source, WORKGROUP};
+pub(crate) use source::{Extension, Fragment, Source, WORKGROUP};
 #[cfg(feature = "gpu")]
 pub(crate) use table::{Made, kernels};
 #[cfg(all(test, feature = "gpu"))]

@@ -20,12 +20,25 @@ pub struct Fragment {
     pub text: &'static str,
 }
 
+/// Functions of a fragment that a scene replaces: each is renamed to `NAME_of_others`, and the other fragment, which is
+/// added after it, has a function of its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Extension {
+    /// The path of the fragment.
+    pub of: &'static str,
+    /// The functions.
+    pub functions: &'static [&'static str],
+    /// The fragment with their replacements.
+    pub with: Fragment,
+}
+
 /// The source of one kernel. Its entry point is `main`, its workgroup `WORKGROUP` invocations.
 #[derive(Clone, Debug)]
 pub struct Source {
     name: String,
     text: String,
     fragments: Vec<&'static str>,
+    extensions: &'static [Extension],
     groups: Vec<(&'static str, Vec<&'static str>)>,
     precision: Precision,
     workgroup: u32,
@@ -64,6 +77,7 @@ impl Source {
             name: name.into(),
             text: String::new(),
             fragments: Vec::new(),
+            extensions: &[],
             groups: Vec::new(),
             precision,
             workgroup,
@@ -173,10 +187,25 @@ impl Source {
     pub fn include(mut self, fragment: Fragment) -> Self {
         if !self.fragments.contains(&fragment.name) {
             self.fragments.push(fragment.name);
-            self.text.push_str(fragment.text);
-            self.text.push('\n');
+            return match self.extensions.iter().find(|extension| extension.of == fragment.name) {
+                Some(extension) => {
+                    let rename = |text: String, name: &&str| {
+                        debug_assert_eq!(text.matches(&format!("fn {name}(")).count(), 1, "{name}");
+                        text.replace(&format!("fn {name}("), &format!("fn {name}_of_others("))
+                    };
+                    let text = extension.functions.iter().fold(fragment.text.to_owned(), rename);
+                    self.text(&text).text("\n").include(extension.with)
+                }
+                None => self.text(fragment.text).text("\n"),
+            };
         }
         self
+    }
+
+    /// Replaces functions of fragments that are added later.
+    #[must_use]
+    pub fn extended(self, extensions: &'static [Extension]) -> Self {
+        Source { extensions, ..self }
     }
 
     /// Adds generated text.

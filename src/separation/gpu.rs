@@ -12,6 +12,7 @@
 //! the number type.
 
 use crate::gpu::{Fragment, Precision, Source, fragment};
+pub use crate::shape::gpu::Exponents;
 use crate::shape::gpu::add_tags_to;
 use crate::shape::{Shape, Tag};
 
@@ -32,6 +33,12 @@ pub enum PairFamilies {
     Circles,
     /// Two ellipsoids.
     Ellipsoids,
+    /// A superellipsoid, and a sphere or rod.
+    SegmentSuperellipsoid,
+    /// A superellipsoid and an ellipsoid.
+    EllipsoidSuperellipsoid,
+    /// Two superellipsoids.
+    Superellipsoids,
 }
 
 /// A shape's family.
@@ -40,6 +47,7 @@ pub(super) enum Family {
     Segment,
     Ellipsoid,
     Circle,
+    Superellipsoid,
 }
 
 impl Family {
@@ -49,12 +57,16 @@ impl Family {
             Tag::Sphere | Tag::Spherocylinder => Some(Family::Segment),
             Tag::Ellipsoid => Some(Family::Ellipsoid),
             Tag::Torus => Some(Family::Circle),
-            Tag::Custom | Tag::Superellipsoid => None,
+            Tag::Superellipsoid => Some(Family::Superellipsoid),
+            Tag::Custom => None,
         }
     }
 
     /// The test whether the variable `kind` of a kernel is a shape of this family.
     pub(super) fn test_of(self, kind: &str) -> String {
+        if self == Family::Superellipsoid {
+            return format!("is_superellipsoid({kind})");
+        }
         let tags = Tag::ALL.iter().filter(|tag| Family::of(**tag) == Some(self));
         let tests: Vec<String> = tags.filter_map(|tag| tag.constant()).map(|tag| format!("{kind} == {tag}")).collect();
         format!("({})", tests.join(" || "))
@@ -68,13 +80,16 @@ impl Family {
 
 impl PairFamilies {
     /// All pairs of families.
-    pub const ALL: [PairFamilies; 6] = [
+    pub const ALL: [PairFamilies; 9] = [
         PairFamilies::Segments,
         PairFamilies::CircleSegment,
         PairFamilies::SegmentEllipsoid,
         PairFamilies::Circles,
         PairFamilies::Ellipsoids,
         PairFamilies::CircleEllipsoid,
+        PairFamilies::SegmentSuperellipsoid,
+        PairFamilies::EllipsoidSuperellipsoid,
+        PairFamilies::Superellipsoids,
     ];
 
     /// The pairs of families that bodies of these shapes can form, in a fixed order.
@@ -112,6 +127,9 @@ impl PairFamilies {
             PairFamilies::SegmentEllipsoid => (Family::Ellipsoid, Family::Segment),
             PairFamilies::Circles => (Family::Circle, Family::Circle),
             PairFamilies::Ellipsoids => (Family::Ellipsoid, Family::Ellipsoid),
+            PairFamilies::SegmentSuperellipsoid => (Family::Superellipsoid, Family::Segment),
+            PairFamilies::EllipsoidSuperellipsoid => (Family::Ellipsoid, Family::Superellipsoid),
+            PairFamilies::Superellipsoids => (Family::Superellipsoid, Family::Superellipsoid),
         }
     }
 
@@ -124,7 +142,17 @@ impl PairFamilies {
             PairFamilies::SegmentEllipsoid => "segment-ellipsoid",
             PairFamilies::Circles => "circle-circle",
             PairFamilies::Ellipsoids => "ellipsoid-ellipsoid",
+            PairFamilies::SegmentSuperellipsoid => "segment-superellipsoid",
+            PairFamilies::EllipsoidSuperellipsoid => "ellipsoid-superellipsoid",
+            PairFamilies::Superellipsoids => "superellipsoid-superellipsoid",
         }
+    }
+
+    /// Whether one of them is the family of superellipsoids, whose kernels need a source with their
+    /// [exponents](Exponents::add_to).
+    fn has_superellipsoids(self) -> bool {
+        let (first, second) = self.families();
+        [first, second].contains(&Family::Superellipsoid)
     }
 
     /// Adds `separate` and `is_of_families` for this pair of families; `planar` for bodies that cannot leave the plane.
@@ -137,6 +165,9 @@ impl PairFamilies {
         if self == PairFamilies::CircleEllipsoid {
             let circles = add_minima_of_circles_to(source.include(fragment!("separation/nearest.wgsl")));
             source = add_minima_of_circle_and_ellipsoid_to(circles);
+        }
+        if self.has_superellipsoids() {
+            source = add_climb_to(source);
         }
         for fragment in self.fragments().iter().chain(self.entry(planar)) {
             source = source.include(*fragment);
@@ -186,6 +217,14 @@ impl PairFamilies {
                 fragment!("separation/ellipsoids.wgsl"),
                 fragment!("separation/entry.wgsl"),
             ],
+            PairFamilies::SegmentSuperellipsoid => {
+                &[fragment!("separation/segment_convex.wgsl"), fragment!("separation/entry.wgsl")]
+            }
+            PairFamilies::EllipsoidSuperellipsoid | PairFamilies::Superellipsoids => &[
+                fragment!("separation/order.wgsl"),
+                fragment!("separation/convex.wgsl"),
+                fragment!("separation/entry.wgsl"),
+            ],
         }
     }
 
@@ -203,7 +242,9 @@ impl PairFamilies {
                 fragment!("separation/planar_segments.wgsl"),
                 fragment!("separation/entry_planar.wgsl"),
             ],
-            PairFamilies::SegmentEllipsoid | PairFamilies::Ellipsoids => &[
+            // No scene has these, see `unsupported`.
+            _ if self.has_superellipsoids() => &[fragment!("separation/entry_space.wgsl")],
+            _ => &[
                 fragment!("separation/planar.wgsl"),
                 fragment!("separation/planar_normal.wgsl"),
                 fragment!("separation/planar_outlines.wgsl"),
@@ -222,6 +263,32 @@ impl PairFamilies {
         }
         format!("fn is_of_families(kind_a: u32, kind_b: u32) -> bool {{\n    return {test};\n}}\n")
     }
+}
+
+/// Adds the climb of bodies that are flat in places, to a source with tolerances and superellipsoids.
+pub(crate) fn add_climb_to(source: Source) -> Source {
+    // A gain, as a fraction of the sizes, that counts.
+    let gain = GAIN_IN_ROUNDINGS * source.precision().epsilon();
+    let fragments =
+        [fragment!("separation/nearest.wgsl"), fragment!("separation/basis.wgsl"), fragment!("separation/flat.wgsl")];
+    fragments.into_iter().fold(source.real("GAIN", gain), Source::include)
+}
+
+/// What of shapes that bodies have no kernel computes.
+pub(crate) fn unsupported(shapes: impl Iterator<Item = Shape>, planar: bool) -> Option<String> {
+    let mut kinds: Vec<(Tag, &'static str)> = shapes.map(|shape| (shape.tag(), shape.name())).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    if let Some((_, name)) = kinds.iter().find(|(tag, _)| Family::of(*tag).is_none()) {
+        return Some(format!("{name}s"));
+    }
+    if planar && kinds.iter().any(|(tag, _)| *tag == Tag::Superellipsoid) {
+        return Some("superellipsoids in the plane".into());
+    }
+    let has_kernel = |a: Tag, b: Tag| PairFamilies::ALL.iter().any(|pair| pair.is_of_families(a, b));
+    let mut pairs = kinds.iter().flat_map(|a| kinds.iter().map(move |b| (a, b)));
+    let ((_, a), (_, b)) = pairs.find(|((a, _), (b, _))| !has_kernel(*a, *b))?;
+    Some(format!("pairs of a {a} and a {b}"))
 }
 
 /// Adds the tolerances, each a number of roundings, but at least the CPU's tolerance for 64 bits.
@@ -255,6 +322,9 @@ pub(crate) fn add_tolerances_to(source: Source) -> Source {
         .into_iter()
         .fold(source, |source, (name, least, roundings)| source.real(name, (roundings * epsilon).max(least)))
 }
+
+/// A gain of the climb that counts, in roundings of the sizes.
+const GAIN_IN_ROUNDINGS: f64 = 0.5;
 
 /// The largest number of halvings of an interval in the search along a ring: a minimum hidden in the last interval has
 /// the width of the root of a rounding, and is nearer by at most its square.
@@ -291,12 +361,19 @@ pub fn add_bodies_to(source: Source) -> Source {
 mod tests {
     use super::*;
     use crate::gpu::validate;
+    use crate::shape::Superellipsoid;
+
+    fn exponents() -> Exponents {
+        let of = |exponents| Shape::Superellipsoid(Superellipsoid::new([1.0, 2.0, 3.0], exponents));
+        Exponents::of(&[of([8.0, 2.5]), of([2.0; 2])])
+    }
 
     #[test]
     fn every_kernel_is_valid_in_both_precisions() {
         for precision in [Precision::F32, Precision::F64] {
             for (pair, planar) in PairFamilies::ALL.into_iter().flat_map(|pair| [(pair, false), (pair, true)]) {
-                let source = pair.add_to(Source::new(pair.name(), precision), planar).text(
+                let source = exponents().add_to(Source::new(pair.name(), precision));
+                let source = pair.add_to(source, planar).text(
                     "@group(0) @binding(0) var<storage, read_write> out: array<vec4r>;
                      @compute @workgroup_size(WORKGROUP)
                      fn main(@builtin(local_invocation_index) i: u32) {
@@ -318,7 +395,15 @@ mod tests {
             Shape::Ellipsoid { radii: [1.0, 2.0, 3.0] },
             Shape::Torus { major_radius: 2.0, minor_radius: 1.0 },
         ];
-        assert_eq!(PairFamilies::needed(shapes.into_iter()), PairFamilies::ALL);
+        assert_eq!(PairFamilies::needed(shapes.into_iter()), PairFamilies::ALL[..6]);
+        let die = Shape::Superellipsoid(Superellipsoid::new([1.0; 3], [8.0; 2]));
+        let with_die = [shapes[0], shapes[2], die];
+        assert_eq!(PairFamilies::needed([die].into_iter()), [PairFamilies::Superellipsoids]);
+        assert_eq!(PairFamilies::needed(with_die.into_iter()).len(), 6);
+        assert_eq!(unsupported(with_die.into_iter(), false), None);
+        let unsupported = |shapes: [Shape; 2], planar| unsupported(shapes.into_iter(), planar).unwrap();
+        assert_eq!(unsupported([die, shapes[3]], false), "pairs of a torus and a superellipsoid");
+        assert_eq!(unsupported([die; 2], true), "superellipsoids in the plane");
         assert_eq!(PairFamilies::needed(shapes[3..].iter().copied()), [PairFamilies::Circles]);
         assert_eq!(PairFamilies::needed(std::iter::empty()), []);
         for (a, b) in shapes.iter().flat_map(|a| shapes.iter().map(move |b| (a, b))) {

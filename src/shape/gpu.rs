@@ -1,6 +1,7 @@
 //! Shapes in WGSL: their tags, and the shape functions for a body's dynamics.
 
 use super::Tag;
+pub use super::superellipsoid::gpu::Exponents;
 use crate::gpu::{Source, fragment};
 
 /// Adds the tags of shapes: a constant for each kind that kernels support.

@@ -13,6 +13,8 @@ use crate::gpu::{Choice, Gpu, GpuError, Precision};
 #[cfg(feature = "gpu")]
 use crate::lcp;
 use crate::scene::Scene;
+#[cfg(feature = "gpu")]
+use crate::separation::gpu::unsupported;
 use crate::step::{Contact, Fault, State, Stepper, contacts};
 use crate::walls::{WallContact, Walls};
 use std::sync::Arc;
@@ -71,8 +73,8 @@ impl Compute {
     /// [`GpuError::Unsupported`] for what only the CPU supports; [`GpuError::NotBuilt`] without the feature `gpu`.
     #[cfg(feature = "gpu")]
     pub fn check(scene: &Scene) -> Result<(), GpuError> {
-        if let Some(shape) = scene.first_general() {
-            return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
+        if let Some(what) = unsupported(scene.all_shapes(), scene.planar) {
+            return Err(GpuError::Unsupported { what });
         }
         let check = |scene: &Scene| {
             Device::check(&scene.model())?;

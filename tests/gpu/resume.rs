@@ -3,7 +3,7 @@
 use crate::device::{device, precisions};
 use crate::friction::{bouncing_heap, heap_on_device};
 use crate::long::precisions_of_long_runs;
-use crate::steps::patch;
+use crate::steps::{crowd_of_superellipsoids, patch};
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};
 use relcp::record::Folder;
@@ -64,6 +64,11 @@ fn goes_on_in(gpu: &Arc<Gpu>, precisions: &[Precision], scene: &Scene, count: u6
         }
         assert!(states[count as usize].warm.iter().any(|w| w.gamma > 0.0), "{}: nothing touched", scene.name);
     }
+}
+
+#[test]
+fn superellipsoids_go_on_to_the_same_bits() {
+    goes_on(&crowd_of_superellipsoids(), 30, &[7, 20]);
 }
 
 /// The device's own numbers count only where they are those of the bodies, and of that device.

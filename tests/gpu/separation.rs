@@ -9,6 +9,7 @@
 
 pub mod harness;
 pub mod poses;
+pub mod superellipsoids;
 
 use crate::device::{device, precisions};
 use crate::directions::direction;
@@ -20,7 +21,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use relcp::gpu::Precision;
 use relcp::internals::gpu::{Buffer, Kernel, Source};
-use relcp::internals::separation::gpu::PairFamilies;
+use relcp::internals::separation::gpu::{Exponents, PairFamilies};
 use relcp::internals::separation::planar_separation;
 use relcp::separation::{Placed, Separation, separation};
 use std::time::Instant;
@@ -170,15 +171,18 @@ fn planar_pairs_agree_with_the_cpu() {
 #[test]
 fn kernels_compile_in_seconds() {
     let Some(gpu) = device() else { return };
-    let poses = poses::near_contact(1, 2.0);
+    let poses = [poses::near_contact(1, 2.0), superellipsoids::near_contact(4, 2.0)].concat();
+    let shapes: Vec<_> = poses.iter().flat_map(|pose| [pose.a.shape, pose.b.shape]).collect();
+    let exponents = Exponents::of(&shapes);
     for precision in precisions(gpu) {
         for (pair, planar) in PairFamilies::ALL.into_iter().flat_map(|pair| [(pair, false), (pair, true)]) {
             let pose = poses.iter().find(|pose| pose.families() == pair && pose.a.shape.name() == pose.b.shape.name());
             let pose = pose.or(poses.iter().find(|pose| pose.families() == pair)).unwrap();
-            let source = pair.add_to(Source::new(pair.name(), precision), planar).text(LIST);
+            let source = exponents.add_to(Source::new(pair.name(), precision));
+            let source = pair.add_to(source, planar).text(LIST);
             let begun = Instant::now();
             let kernel = Kernel::new(gpu, &source).unwrap();
-            let pairs = Buffer::reals(gpu, "pair", precision, 4, encoded(pose)).unwrap();
+            let pairs = Buffer::reals(gpu, "pair", precision, 4, encoded(&exponents, pose)).unwrap();
             let out = Buffer::new(gpu, "separation", 4 * precision.bytes(), 4).unwrap();
             let mut record = gpu.record();
             record.run(&kernel, &[1, 0, 0, 0].map(u32::to_le_bytes).concat(), &[&pairs, &out], 1);

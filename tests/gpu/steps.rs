@@ -66,6 +66,66 @@ fn mixed_convex_shapes() {
     follows_the_cpu(&scene, 100, 1e-3, 1e-5);
 }
 
+/// Of all pairs of shapes that a device has with superellipsoids.
+pub fn crowd_of_superellipsoids() -> Scene {
+    parse(
+        r#"{"name": "superellipsoids", "seed": 3, "time": {"dt": 0.02, "end": 2}, "forces": [{"radial_inward": {}}],
+        "walls": [{"half_space": {"normal": [0, 0, 1], "offset": -1}}, {"cylinder": {"center": [0, 0, 0], "axis": [0, 0, 1], "radius": 4}}],
+        "generate": [{"isotropic": {"count": 8, "shape": {"superellipsoid": {"radii": [0.4, 0.4, 0.4], "exponents": [5, 5]}},
+          "region": {"box": {"minimum": [-2, -2, -0.9], "maximum": [2, 2, 4]}},
+          "mixture": [{"count": 6, "shape": {"superellipsoid": {"radii": [0.3, 0.3, 0.8], "exponents": [8, 2.5]}}},
+                      {"count": 4, "shape": {"sphere": {"radius": 0.4}}},
+                      {"count": 4, "shape": {"spherocylinder": {"diameter": 0.5, "length": 1.5}}},
+                      {"count": 4, "shape": {"ellipsoid": {"radii": [0.4, 0.5, 0.7]}}}]}}]}"#,
+    )
+}
+
+#[test]
+fn superellipsoids_with_other_shapes_and_walls() {
+    follows_the_cpu(&crowd_of_superellipsoids(), 60, 5e-3, 1e-4);
+}
+
+/// Dice and tablets that fall onto each other and the floor of a tube, with inertia.
+fn poured() -> Scene {
+    parse(
+        r#"{"name": "poured", "seed": 2, "time": {"dt": 0.01, "end": 1}, "dynamics": {"inertial": {"density": 1}},
+        "forces": [{"gravity": {"acceleration": [0, 0, -9.81]}}],
+        "walls": [{"half_space": {"normal": [0, 0, 1], "offset": 0}}, {"cylinder": {"center": [0, 0, 0], "axis": [0, 0, 1], "radius": 1.5}}],
+        "generate": [{"isotropic": {"count": 8, "shape": {"superellipsoid": {"radii": [0.4, 0.4, 0.4], "exponents": [5, 5]}},
+          "region": {"box": {"minimum": [-1.5, -1.5, 0], "maximum": [1.5, 1.5, 9]}},
+          "mixture": [{"count": 4, "shape": {"superellipsoid": {"radii": [0.6, 0.6, 0.3], "exponents": [2.5, 2]}}}]}}]}"#,
+    )
+}
+
+#[test]
+fn superellipsoids_are_poured() {
+    follows_the_cpu(&poured(), 30, 1e-3, 1e-6);
+}
+
+/// The overlaps of all pairs in every state, in 64 bits on the CPU: at most the tolerance, and at most what the device
+/// reports, but for what rounding hides of pairs that it finds apart.
+#[test]
+fn superellipsoids_overlap_by_no_more_than_the_tolerance() {
+    let Some(gpu) = device() else { return };
+    for (scene, count) in [(crowd_of_superellipsoids(), 60), (poured(), 100)] {
+        for precision in precisions(gpu) {
+            let mut simulation = Simulation::builder(scene.clone()).on(&compute(gpu, precision)).build().unwrap();
+            let (mut worst, mut touching) = (0.0_f64, 0);
+            let hidden = if precision == Precision::F32 { 5e-7 } else { 1e-12 };
+            for _ in 0..count {
+                let report = simulation.step().unwrap();
+                let found = contacts(&simulation.state().unwrap().bodies, 0.0);
+                let overlap = found.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
+                assert!(overlap <= report.max_overlap + hidden, "{precision:?} {overlap:e} {:e}", report.max_overlap);
+                touching += found.len();
+                worst = worst.max(overlap);
+            }
+            println!("{} {precision:?}: {touching} overlaps of at most {worst:e}", scene.name);
+            assert!(touching > 0 && worst <= 1e-5, "{precision:?} {worst:e}");
+        }
+    }
+}
+
 #[test]
 fn rings_rods_and_balls() {
     let scene = parse(

@@ -8,7 +8,8 @@ use super::unrounded::coarse_and_fine;
 use crate::bodies::Bodies;
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, Made, Precision, Recorder, Source, arrays, fragment, functions};
 use crate::separation::Separation;
-use crate::separation::gpu::{PairFamilies, add_bodies_to, add_places_to, surface_numbers};
+use crate::separation::gpu::{PairFamilies, add_bodies_to, add_places_to, surface_numbers, unsupported};
+use crate::shape::gpu::Exponents;
 use crate::step::{Candidate, Contact, candidates};
 use crate::walls::{AtSurface, WallContact, Walls};
 use glam::{DVec3, I64Vec3};
@@ -30,13 +31,13 @@ const NUMBERS: usize = 12;
 /// Every pair of bodies whose separation is at most `cutoff`, in the order of [`crate::step::contacts`].
 ///
 /// # Errors
-/// [`GpuError::Unsupported`] for custom shapes and bodies beyond the lattice, or what the device refuses.
+/// [`GpuError::Unsupported`] for shapes and pairs that only the CPU has and bodies beyond the lattice, or what the device refuses.
 pub fn contacts(gpu: &Gpu, precision: Precision, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
     let lattice = lattice(gpu, precision, bodies)?;
     let (cutoff, found) = candidates(bodies, cutoff);
     let families = PairFamilies::needed(bodies.shape.iter().copied());
     let kernel = |families: &PairFamilies| {
-        let source = families.add_to(base(&lattice, precision, families.name()), bodies.planar);
+        let source = families.add_to(base(&lattice, precision, bodies, families.name()), bodies.planar);
         OfPairs::make(gpu, source.include(fragment!("separation/contacts.wgsl")))
     };
     let kernels = if found.is_empty() { Vec::new() } else { families.iter().map(kernel).collect::<Result<_, _>>()? };
@@ -75,7 +76,7 @@ pub fn wall_contacts(
         numbers.extend(surface_numbers(surface, &lattice)?);
     }
     let surfaces = Buffer::reals(gpu, "surfaces", precision, 4, numbers)?;
-    let source = add_places_to(base(&lattice, precision, "surfaces"), &lattice, &bodies.shape);
+    let source = add_places_to(base(&lattice, precision, bodies, "surfaces"), &lattice, &bodies.shape);
     let source = source.integer("PLACES", AtSurface::PLACES).include(fragment!("walls/contacts.wgsl"));
     let kernel = OfPlaces::make(gpu, source)?;
     let mut contacts = Vec::new();
@@ -96,15 +97,16 @@ pub fn wall_contacts(
 /// The lattice for these bodies.
 fn lattice(gpu: &Gpu, precision: Precision, bodies: &Bodies) -> Result<Lattice, GpuError> {
     gpu.check(precision)?;
-    if let Some(shape) = bodies.shape.iter().find(|shape| shape.tag().constant().is_none()) {
-        return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
+    if let Some(what) = unsupported(bodies.shape.iter().copied(), bodies.planar) {
+        return Err(GpuError::Unsupported { what });
     }
     let thickness = bodies.shape.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
     Lattice::for_thickness(if thickness.is_finite() { thickness } else { 1.0 })
 }
 
-fn base(lattice: &Lattice, precision: Precision, name: &str) -> Source {
+fn base(lattice: &Lattice, precision: Precision, bodies: &Bodies, name: &str) -> Source {
     let source = lattice.define(Source::new(format!("contacts: {name}"), precision));
+    let source = Exponents::of(&bodies.shape).add_to(source);
     add_bodies_to(source.include(fragment!("common/quaternion.wgsl")).include(fragment!("common/orientation.wgsl")))
         .include(fragment!("separation/placed.wgsl"))
 }
@@ -157,10 +159,8 @@ impl Placed {
             remainders.push(0.0);
         }
         let orientations = places.iter().flat_map(|(body, _)| coarse_and_fine(&bodies.orientation[*body])).flatten();
-        let shapes = places.iter().flat_map(|(body, _)| {
-            let (tag, [x, y, z]) = bodies.shape[*body].code();
-            [x, y, z, f64::from(tag)]
-        });
+        let exponents = Exponents::of(&bodies.shape);
+        let shapes = places.iter().flat_map(|(body, _)| exponents.numbers(&bodies.shape[*body]));
         Ok(Placed {
             cells: Buffer::with(gpu, "cells", 16, bytemuck::cast_slice(&cells))?,
             remainders: Buffer::reals(gpu, "remainders", precision, 4, remainders)?,

@@ -32,6 +32,7 @@ pub(super) fn base(setup: &Setup, name: &str) -> Source {
 }
 
 fn constants(setup: &Setup, source: Source) -> Source {
+    let source = setup.exponents.add_to(source);
     source
         .real("CUTOFF", setup.cutoff)
         .integer("MOTION", setup.motion_width())

@@ -200,10 +200,7 @@ impl Shapes {
     /// Writes shapes, and in scenes with growth also lengths.
     pub fn write(&self, gpu: &Gpu, setup: &Setup, shapes: &[Shape], of: &Unrounded) {
         let precision = setup.precision;
-        let numbers = |shape: &Shape| {
-            let (tag, [x, y, z]) = shape.code();
-            [x, y, z, f64::from(tag)]
-        };
+        let numbers = |shape: &Shape| setup.exponents.numbers(shape);
         self.shapes.write(gpu, 0, &precision.encode(shapes.iter().flat_map(numbers)));
         if setup.growth.is_some() {
             self.lengths.write(gpu, 0, &precision.encode(of.bodies.iter().flat_map(|body| body.length)));

@@ -7,8 +7,8 @@ use super::source::{NEAR, VIOLATING, spinning};
 use super::unrounded::split_length;
 use crate::dynamics::Spin;
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Made, Precision, Source, fragment, precisions, test_device};
-use crate::shape::gpu::add_shapes_to;
-use crate::shape::{Convex, Shape, Tag};
+use crate::shape::gpu::{Exponents, add_shapes_to};
+use crate::shape::{Convex, Shape, Superellipsoid, Tag};
 use glam::{DQuat, DVec3};
 
 /// Steps per dispatch, and dispatches: a million steps.
@@ -223,6 +223,64 @@ fn a_number_that_is_no_shape_has_no_sizes() {
                 assert_eq!(size.is_finite(), known, "{precision:?} {tag} {k}: {size}");
             }
         }
+    }
+}
+
+const OF_SHAPES: &str = "
+@group(0) @binding(0) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(1) var<storage, read_write> found: array<vec4r>;
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(local_invocation_index) i: u32) {
+    if i >= SHAPES { return; }
+    let shape = shapes[i];
+    let body = Placed(u32(shape.w), shape.xyz, vec4r(0.0, 0.6, 0.0, 0.8));
+    found[3u * i] = vec4r(solid(shape).volume, solid(shape).inertia);
+    found[3u * i + 1u] = vec4r(major_axis(shape), bounding_radius(body), hull(body, vec3r(0.0, 0.6, 0.8)), thickness(body));
+    found[3u * i + 2u] = vec4r(half_extents(body), axis_of_revolution(shape).z);
+}
+";
+
+#[test]
+fn superellipsoids_have_the_sizes_that_the_cpu_has() {
+    let Some(gpu) = test_device() else { return };
+    let radii = [[0.5; 3], [0.3, 0.3, 0.8], [0.2, 1.0, 40.0]];
+    let exponents = [[2.0; 2], [2.5; 2], [8.0, 2.0], [10.0; 2], [2.0, 8.0], [10.0, 2.5]];
+    let of = |radii| exponents.map(|exponents| Shape::Superellipsoid(Superellipsoid::new(radii, exponents)));
+    let shapes: Vec<Shape> = radii.into_iter().flat_map(of).chain([Shape::Sphere { radius: 0.7 }]).collect();
+    let table = Exponents::of(&shapes);
+    assert!(shapes.iter().all(|shape| table.shape(table.numbers(shape)) == Some(*shape)));
+    for (precision, bound) in precisions(gpu).into_iter().zip([3e-6, 1e-14]) {
+        let source = Source::new("sizes", precision).integer("SHAPES", shapes.len() as u32);
+        let source = add_shapes_to(crate::separation::gpu::add_bodies_to(table.add_to(source))).text(OF_SHAPES);
+        let kernel = Kernel::new(gpu, &source).unwrap();
+        let numbers = shapes.iter().flat_map(|shape| table.numbers(shape));
+        let given = Buffer::reals(gpu, "shapes", precision, 4, numbers).unwrap();
+        let found = Buffer::new(gpu, "found", 4 * precision.bytes(), 3 * shapes.len() as u64).unwrap();
+        let mut record = gpu.record();
+        record.run(&kernel, &[], &[&given, &found], 1);
+        let bytes = 12 * (shapes.len() * precision.bytes()) as u64;
+        let numbers = precision.decode(&record.read(&[(&found, 0..bytes)]).unwrap()[0]);
+        let mut worst = 0.0_f64;
+        for (shape, found) in shapes.iter().zip(numbers.chunks(12)) {
+            let turned = DQuat::from_xyzw(0.0, 0.6, 0.0, 0.8);
+            let n = DVec3::new(0.0, 0.6, 0.8);
+            let body = crate::separation::Placed { shape: *shape, position: DVec3::ZERO, orientation: turned };
+            let ball = Shape::Sphere { radius: 0.0 };
+            let ball = crate::separation::Placed { shape: ball, position: DVec3::ZERO, orientation: DQuat::IDENTITY };
+            let reach = -crate::separation::bound(&body, &ball, n);
+            let radius = shape.bounding_radius();
+            let axis = f64::from(shape.axis_of_revolution().is_some_and(|axis| axis == DVec3::Z));
+            let head = [shape.volume()].into_iter().chain(shape.unit_inertia().to_array());
+            let middle = [shape.major_axis(), radius, reach, shape.thickness()];
+            let tail = shape.half_extents(turned).to_array();
+            let expected = head.chain(middle).chain(tail).chain([axis]);
+            for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
+                let off = (found - expected).abs() / expected.abs().max(1e-3);
+                assert!(off <= bound, "{precision:?} {shape:?} {k}: {found} {expected}");
+                worst = worst.max(off);
+            }
+        }
+        println!("{precision:?}: sizes within {worst:.1e}");
     }
 }
 

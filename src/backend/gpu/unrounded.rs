@@ -166,7 +166,7 @@ pub(super) fn download(
     let unrounded = Unrounded { kind: kind(setup), bodies: (0..n).map(body).collect() };
     let shape = |i: usize| {
         let s = &sizes[4 * i..4 * i + 4];
-        let shape = Shape::from_code(s[3] as u32, [s[0], s[1], s[2]]);
+        let shape = setup.exponents.shape([s[0], s[1], s[2], s[3]]);
         let shape = shape.ok_or_else(|| GpuError::Refused { message: format!("body {i} has the shape {s:?}") })?;
         Ok(unrounded.bodies[i].shape(setup, &shape))
     };

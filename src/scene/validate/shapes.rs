@@ -106,10 +106,10 @@ impl Scene {
         )
     }
 
-    /// The first shape that is known by its support function alone, which no device has.
+    /// The shapes of all bodies.
     #[cfg(feature = "gpu")]
-    pub(crate) fn first_general(&self) -> Option<Shape> {
-        self.shapes().map(|(_, _, shape)| shape).find(Shape::is_general)
+    pub(crate) fn all_shapes(&self) -> impl Iterator<Item = Shape> + '_ {
+        self.shapes().map(|(_, _, shape)| shape)
     }
 
     pub(super) fn check_contact(&self, key: &Key) -> Result<(), SceneError> {

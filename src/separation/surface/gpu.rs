@@ -10,7 +10,7 @@
 //! Surfaces are read from an array `surfaces: array<vec4r>`, [`SURFACE_VECTORS`] vectors each.
 
 use super::super::direction::perpendicular;
-use super::super::gpu::{Family, add_bodies_to, add_tolerances_to};
+use super::super::gpu::{Family, add_bodies_to, add_climb_to, add_tolerances_to};
 use super::Surface;
 use crate::gpu::{Fragment, GpuError, Lattice, Source, fragment};
 use crate::shape::Shape;
@@ -47,7 +47,7 @@ enum Kind {
 }
 
 /// The part of a family of shapes in a kernel: its fragment, and the call that makes an `Arm`.
-const ARMS: [(Family, Fragment, &str); 3] = [
+const ARMS: [(Family, Fragment, &str); 4] = [
     (Family::Segment, fragment!("separation/surface_segment.wgsl"), "arm_of_segment(body, place)"),
     (
         Family::Ellipsoid,
@@ -55,6 +55,11 @@ const ARMS: [(Family, Fragment, &str); 3] = [
         "arm_of_ellipsoid(surface, offset, body, place)",
     ),
     (Family::Circle, fragment!("separation/surface_circle.wgsl"), "arm_of_circle(surface, offset, body, place)"),
+    (
+        Family::Superellipsoid,
+        fragment!("separation/surface_convex.wgsl"),
+        "arm_of_superellipsoid(surface, offset, body, place)",
+    ),
 ];
 
 /// Adds surfaces, and the gaps of points, to a source that has this [lattice](Lattice::define).
@@ -96,6 +101,9 @@ pub fn add_places_to(source: Source, lattice: &Lattice, shapes: &[Shape]) -> Sou
         .include(fragment!("separation/surface_place.wgsl"));
     let mut text = "fn arm_of(surface: Surface, offset: Offset, body: Placed, place: u32) -> Arm {\n".to_owned();
     for (family, fragment, call) in ARMS.into_iter().filter(|(family, ..)| family.has_any(shapes)) {
+        if family == Family::Superellipsoid {
+            source = add_climb_to(source);
+        }
         source = source.include(fragment);
         text.push_str(&format!("    if {} {{ return {call}; }}\n", family.test_of("body.kind")));
     }
@@ -148,6 +156,8 @@ pub fn surface_numbers(surface: &Surface, lattice: &Lattice) -> Result<[f64; 4 *
 mod tests {
     use super::*;
     use crate::gpu::{Precision, validate};
+    use crate::shape::Superellipsoid;
+    use crate::shape::gpu::Exponents;
 
     const MAIN: &str = "
         @group(0) @binding(0) var<storage, read> surfaces: array<vec4r>;
@@ -167,11 +177,12 @@ mod tests {
             Shape::Ellipsoid { radii: [1.0, 2.0, 3.0] },
             Shape::Torus { major_radius: 2.0, minor_radius: 1.0 },
         ];
+        let dice = [Shape::Superellipsoid(Superellipsoid::new([1.0; 3], [8.0; 2])), shapes[0]];
         let lattice = Lattice::for_thickness(1.0).unwrap();
         for precision in [Precision::F32, Precision::F64] {
-            for shapes in [&shapes[..], &shapes[..1], &shapes[1..2], &shapes[2..], &[]] {
-                let source =
-                    add_places_to(lattice.define(Source::new("places", precision)), &lattice, shapes).text(MAIN);
+            for shapes in [&shapes[..], &shapes[..1], &shapes[1..2], &shapes[2..], &dice, &[]] {
+                let source = Exponents::of(shapes).add_to(lattice.define(Source::new("places", precision)));
+                let source = add_places_to(source, &lattice, shapes).text(MAIN);
                 validate(&source).unwrap_or_else(|e| panic!("{precision:?} {shapes:?}: {e}"));
             }
         }

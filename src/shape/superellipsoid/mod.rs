@@ -8,6 +8,8 @@
 //! Degenerate cases: exponents over 2 leave no curvature where the surface meets an axis: there the Hessian of the
 //! support function has no bound, and is taken at `norm::LEAST_PART`.
 
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
 mod norm;
 
 pub(crate) use norm::Norm;

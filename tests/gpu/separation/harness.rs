@@ -5,8 +5,9 @@ use crate::device::precisions;
 use glam::{DVec3, DVec4};
 use relcp::gpu::{Gpu, Precision};
 use relcp::internals::gpu::{Buffer, Kernel, Source};
-use relcp::internals::separation::gpu::PairFamilies;
+use relcp::internals::separation::gpu::{Exponents, PairFamilies};
 use relcp::separation::{Separation, bound, separation};
+use relcp::shape::Shape;
 use std::collections::BTreeMap;
 
 /// Reads a pair as six vectors and writes four: the separation, the lower bound at its normal, and body a's radius and
@@ -42,14 +43,13 @@ pub struct Answer {
     pub half_extents: DVec3,
 }
 
-pub fn encoded(pose: &Pose) -> impl Iterator<Item = f64> {
-    let (kind_a, sizes_a) = pose.a.shape.code();
-    let (kind_b, sizes_b) = pose.b.shape.code();
+pub fn encoded(exponents: &Exponents, pose: &Pose) -> impl Iterator<Item = f64> + use<> {
+    let [a, b] = [pose.a.shape, pose.b.shape].map(|shape| DVec4::from_array(exponents.numbers(&shape)));
     [
-        pose.delta().extend(f64::from(kind_a)),
-        DVec3::from_array(sizes_a).extend(f64::from(kind_b)),
+        pose.delta().extend(a.w),
+        a.truncate().extend(b.w),
         DVec4::from(pose.a.orientation),
-        DVec3::from_array(sizes_b).extend(0.0),
+        b.truncate().extend(0.0),
         DVec4::from(pose.b.orientation),
         pose.warm.extend(0.0),
     ]
@@ -60,12 +60,15 @@ pub fn encoded(pose: &Pose) -> impl Iterator<Item = f64> {
 /// Runs the kernels that the poses need. The answers are in the order of the poses.
 pub fn answers(gpu: &Gpu, precision: Precision, planar: bool, poses: &[Pose]) -> Vec<Answer> {
     let mut answers = vec![None; poses.len()];
+    let shapes: Vec<Shape> = poses.iter().flat_map(|pose| [pose.a.shape, pose.b.shape]).collect();
+    let exponents = Exponents::of(&shapes);
     for pair in PairFamilies::needed(poses.iter().flat_map(|pose| [pose.a.shape, pose.b.shape])) {
         let chosen: Vec<usize> = (0..poses.len()).filter(|i| poses[*i].families() == pair).collect();
-        let source = pair.add_to(Source::new(pair.name(), precision), planar).text(LIST);
+        let source = exponents.add_to(Source::new(pair.name(), precision));
+        let source = pair.add_to(source, planar).text(LIST);
         let kernel = Kernel::new(gpu, &source).unwrap();
         let count = chosen.len() as u64;
-        let numbers = chosen.iter().flat_map(|i| encoded(&poses[*i]));
+        let numbers = chosen.iter().flat_map(|i| encoded(&exponents, &poses[*i]));
         let pairs = Buffer::reals(gpu, "pairs", precision, 4, numbers).unwrap();
         let out = Buffer::new(gpu, "separations", 4 * precision.bytes(), 4 * count).unwrap();
         let mut record = gpu.record();

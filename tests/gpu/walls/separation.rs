@@ -12,10 +12,11 @@ use rand_chacha::ChaCha8Rng;
 use relcp::gpu::{Gpu, Precision};
 use relcp::internals::gpu::{Buffer, Kernel, Lattice, Source};
 use relcp::internals::separation::Surface;
-use relcp::internals::separation::gpu::{add_places_to, surface_numbers};
+use relcp::internals::separation::gpu::{Exponents, add_places_to, surface_numbers};
 use relcp::separation::{Placed, Separation};
-use relcp::shape::Shape;
+use relcp::shape::{Shape, Superellipsoid};
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 /// Reads a body as three vectors and a cell, and writes three places in two vectors each.
 const LIST: &str = "
@@ -61,14 +62,16 @@ impl Answer {
 
 pub fn answers(gpu: &Gpu, precision: Precision, lattice: &Lattice, poses: &[Pose]) -> Vec<Answer> {
     let shapes: Vec<Shape> = poses.iter().map(|pose| pose.body.shape).collect();
-    let source = add_places_to(lattice.define(Source::new("places", precision)), lattice, &shapes).text(LIST);
+    let exponents = Exponents::of(&shapes);
+    let source = exponents.add_to(lattice.define(Source::new("places", precision)));
+    let source = add_places_to(source, lattice, &shapes).text(LIST);
     let kernel = Kernel::new(gpu, &source).unwrap();
     let (mut cells, mut bodies, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
     for Pose { surface, body } in poses {
         let parts = body.position.to_array().map(|x| lattice.split(x).unwrap());
         cells.extend([parts[0].0, parts[1].0, parts[2].0, 0]);
-        let (kind, sizes) = body.shape.code();
-        bodies.extend([parts[0].1, parts[1].1, parts[2].1, f64::from(kind), sizes[0], sizes[1], sizes[2], 0.0]);
+        let [x, y, z, kind] = exponents.numbers(&body.shape);
+        bodies.extend([parts[0].1, parts[1].1, parts[2].1, kind, x, y, z, 0.0]);
         bodies.extend(DVec4::from(body.orientation).to_array());
         surfaces.extend(surface_numbers(surface, lattice).unwrap());
     }
@@ -102,7 +105,12 @@ fn shape(kind: usize, aspect: f64, random: &mut ChaCha8Rng) -> Shape {
         0 => Shape::Sphere { radius: 0.5 * ratio() },
         1 => Shape::Spherocylinder { diameter: 1.0, length: ratio() },
         2 => Shape::Ellipsoid { radii: [0.5 * ratio(), 0.5, 0.5 * ratio()] },
-        _ => Shape::Torus { major_radius: 0.5 + ratio(), minor_radius: 0.5 },
+        3 => Shape::Torus { major_radius: 0.5 + ratio(), minor_radius: 0.5 },
+        _ => {
+            let exponents = [[2.0; 2], [2.5; 2], [4.0; 2], [8.0; 2], [10.0; 2], [2.0, 8.0], [10.0, 2.5]];
+            let radii = [0.5 * ratio(), 0.5, 0.5 * ratio()];
+            Shape::Superellipsoid(Superellipsoid::new(radii, exponents[random.random_range(0..exponents.len())]))
+        }
     }
 }
 
@@ -119,9 +127,13 @@ fn surface(kind: usize, at: DVec3, radius: f64, random: &mut ChaCha8Rng) -> Surf
 /// Bodies of all shapes near surfaces of all kinds, from half a thickness past the surface to one apart; every tenth
 /// anywhere inside of it.
 fn near(count: usize, aspect: f64, at: DVec3, size: f64) -> Vec<Pose> {
+    near_of(0..4, count, aspect, at, size)
+}
+
+fn near_of(kinds: Range<usize>, count: usize, aspect: f64, at: DVec3, size: f64) -> Vec<Pose> {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut poses = Vec::new();
-    for (round, shapes, kind) in (0..count).flat_map(|i| (0..4).flat_map(move |s| (0..3).map(move |k| (i, s, k)))) {
+    for (round, shapes, kind) in each(count, kinds) {
         let shape = shape(shapes, aspect, &mut random);
         let radius = size.max(1.5 * shape.bounding_radius()) * random.random_range(1.0..2.0);
         let surface = surface(kind, at, radius, &mut random);
@@ -142,6 +154,11 @@ fn near(count: usize, aspect: f64, at: DVec3, size: f64) -> Vec<Pose> {
         poses.push(Pose { surface, body });
     }
     poses
+}
+
+/// Rounds, shapes and surfaces.
+fn each(count: usize, kinds: Range<usize>) -> impl Iterator<Item = (usize, usize, usize)> {
+    (0..count).flat_map(move |i| kinds.clone().flat_map(move |s| (0..3).map(move |k| (i, s, k))))
 }
 
 /// Bodies at centres and on axes, on faces and beyond, upright, lying and leaning, and shapes that are as good as
@@ -232,6 +249,18 @@ fn compare(what: &str, poses: &[Pose]) {
 fn bodies_near_surfaces_agree_with_the_cpu() {
     for aspect in [3.0, 30.0] {
         compare(&format!("aspect {aspect}"), &near(30, aspect, DVec3::new(0.3, -0.1, 0.7), 3.0));
+    }
+}
+
+/// Also with faces parallel to the plane or the axis.
+#[test]
+fn superellipsoids_near_surfaces_agree_with_the_cpu() {
+    for aspect in [3.0, 30.0] {
+        let mut poses = near_of(4..5, 100, aspect, DVec3::new(0.3, -0.1, 0.7), 3.0);
+        for pose in poses.iter_mut().step_by(2) {
+            pose.body.orientation = DQuat::from_rotation_x(FRAC_PI_2);
+        }
+        compare(&format!("superellipsoids, aspect {aspect}"), &poses);
     }
 }
 

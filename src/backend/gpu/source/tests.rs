@@ -20,7 +20,6 @@ use crate::dynamics::{Bond, Bonds, Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
 use crate::periodic::{Axis, CellShear};
 use crate::scene::{self, Flow, GrowingShape, Growth, Periodic, Rows, Scene, Stepping, Wall, WallMotion};
-use crate::shape::Shape;
 
 fn setups() -> Vec<Setup> {
     let mut setups = Vec::new();
@@ -28,9 +27,6 @@ fn setups() -> Vec<Setup> {
     for built_in in scene::BuiltIn::ALL.iter().filter(|scene| !scene.name.ends_with("-full")) {
         let mut scene = Scene::parse(built_in.text, built_in.name).unwrap();
         let shapes: Vec<_> = scene.build().unwrap().shape;
-        if shapes.iter().any(Shape::is_general) {
-            continue;
-        }
         let plain = Setup::new(&scene.model(), &shapes, Precision::F32).unwrap();
         assert!(!plain.midpoint && plain.branches > 0);
         setups.push(plain);
