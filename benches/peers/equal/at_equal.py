@@ -76,8 +76,8 @@ def at_default(rows, scene):
     if own is None or not engines:
         return ""
     quicker = sum(cpu_s < own["cpu_s"] for cpu_s in engines)
-    beside = "less than each of them" if quicker == 0 else f"more than {quicker} of them"
-    return f"\nNone holds relcp's default tolerance, {DEFAULT}, for which relcp takes {seconds(own['cpu_s'])} s: {beside}.\n"
+    beside = "less than each" if quicker == 0 else f"more than {quicker} of them"
+    return f"\nNone holds {DEFAULT}, relcp's default, which takes relcp {seconds(own['cpu_s'])} s: {beside}.\n"
 
 
 def tolerances(rows, table):
