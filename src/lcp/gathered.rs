@@ -141,7 +141,10 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         let cpu = &solver.task.cpu;
         let border = cpu.portion.border.as_ref()?;
         let bodies = border.domain.bodies;
-        groups(all_moving(cpu, border).into_iter(), bodies)?;
+        if groups(all_moving(cpu, border).into_iter(), bodies).is_none() {
+            solver.islands.forget();
+            return None;
+        }
         let rows = Self::gathered(cpu).rows();
         let (pair, jacobian, q) = (rows.pair.to_vec(), rows.jacobian.to_vec(), rows.q.to_vec());
         let problem = Problem { bodies, pair, jacobian, q, ..Problem::default() };

@@ -21,6 +21,7 @@ use super::team::Team;
 use super::{Outcome, Places, Problem, Settings, Status};
 use groups::moving;
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 pub(super) use groups::{NONE, groups};
 
@@ -33,8 +34,8 @@ pub(super) struct Islands<const D: usize> {
     islands: Vec<Island<D>>,
     /// Whether the last problem was solved by them.
     used: bool,
-    /// The island of each row; empty if the next problem differs.
-    of_row: Vec<u32>,
+    /// Whether the next problem may contain islands of the last one.
+    known: bool,
     /// The index of each body in the island that is being loaded.
     place: Vec<u32>,
 }
@@ -80,9 +81,20 @@ impl<const D: usize> Islands<D> {
         let mut rows = vec![Vec::new(); count];
         (0..).zip(&of_row).for_each(|(row, of): (u32, &u32)| rows[*of as usize].push(row));
         let mut old: Vec<Option<Island<D>>> = std::mem::take(&mut self.islands).into_iter().map(Some).collect();
+        // By the bodies of its first row: several processes number rows otherwise than one, and those of a later problem
+        // otherwise than before.
+        let first = |island: &Option<Island<D>>| island.as_ref().and_then(Island::first);
+        let by_first: HashMap<[u32; 2], usize> = match self.known {
+            true => (0..).zip(&old).filter_map(|(index, island)| first(island).map(|pair| (pair, index))).collect(),
+            false => HashMap::new(),
+        };
         let mut unchanged = |rows: &[u32]| {
-            let before = self.of_row.get(rows[0] as usize)?;
-            old.get_mut(*before as usize)?.take_if(|island| island.is_same(problem, given.place, gamma, rows))
+            let pair = problem.pair[rows[0] as usize].map(|body| given.place[body as usize]);
+            let before = old.get_mut(*by_first.get(&pair)?)?;
+            let mut island = before.take_if(|island| island.is_same(problem, given.place, gamma, rows))?;
+            island.rows.clear();
+            island.rows.extend(rows);
+            Some(island)
         };
         let kept: Vec<Option<Island<D>>> = rows.iter().map(|rows| unchanged(rows)).collect();
         let mut spare = old.into_iter().flatten();
@@ -95,7 +107,7 @@ impl<const D: usize> Islands<D> {
                 island
             }));
         }
-        (self.of_row, self.used) = (of_row, true);
+        (self.known, self.used) = (true, true);
         Some(self.run(portion, gamma, given.settings))
     }
 
@@ -106,7 +118,7 @@ impl<const D: usize> Islands<D> {
 
     /// The next problem differs from the last one.
     pub fn forget(&mut self) {
-        self.of_row.clear();
+        self.known = false;
     }
 
     /// The next problem may be solved as a whole.
@@ -221,7 +233,12 @@ impl<const D: usize> Island<D> {
         self.task.cpu.place(places(self.bodies.len(), self.rows.len()), Alone);
     }
 
-    /// Whether these rows are its own, as it left them.
+    /// The positions of the bodies of its first row.
+    fn first(&self) -> Option<[u32; 2]> {
+        self.problem.pair.first().map(|pair| pair.map(|body| self.bodies[body as usize]))
+    }
+
+    /// Whether these rows are its own, as it left them, whatever their numbers.
     fn is_same(&self, all: &Problem<D>, position: &[u32], gamma: &[f64], rows: &[u32]) -> bool {
         let own = &self.problem;
         let same = |k: usize, row: usize| {
@@ -231,7 +248,7 @@ impl<const D: usize> Island<D> {
                 && own.pair[k].map(|body| self.bodies[body as usize])
                     == all.pair[row].map(|body| position[body as usize])
         };
-        self.rows == rows && (0..).zip(rows).all(|(k, row)| same(k, *row as usize))
+        self.rows.len() == rows.len() && (0..).zip(rows).all(|(k, row)| same(k, *row as usize))
     }
 
     fn solve(&mut self, settings: Settings) {

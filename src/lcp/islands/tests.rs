@@ -112,6 +112,27 @@ fn an_island_without_new_rows_is_not_solved_again() {
 }
 
 #[test]
+fn islands_of_rows_with_other_numbers_are_not_solved_again() {
+    // As several processes number them, which hold the rows in the order of bodies.
+    let mut problem = chains(&[150, 200, 300]);
+    let mut solver = solver(problem.bodies);
+    let mut gamma = Vec::new();
+    solver.solve(&problem, &mut gamma);
+    let rows_of_first = 151;
+    problem.pair.rotate_left(rows_of_first);
+    problem.jacobian.rotate_left(rows_of_first);
+    problem.q.rotate_left(rows_of_first);
+    gamma.rotate_left(rows_of_first);
+    let before = gamma.clone();
+    let again = solver.solve_next(&problem, &mut gamma);
+    assert_eq!((again.iterations, again.products, &gamma), (0, 0, &before));
+    // They go on under their new numbers.
+    solver.set_settings(Settings { tolerance: 1e-9, ..SETTINGS });
+    let tighter = solver.resume(&mut gamma);
+    assert!(tighter.status == Status::Solved && residual(&problem, &gamma) <= 1.1e-9, "{tighter:?}");
+}
+
+#[test]
 fn one_island_and_strays_are_solved_as_a_whole() {
     for links in [&[600][..], &[1_000, 5, 40], &[60, 50, 80]] {
         let problem = chains(links);
