@@ -104,7 +104,8 @@ impl Scene {
 
 impl SceneError {
     /// A fault of placing the bodies of a scene, with the location of its key in the file, the built-in scene or the
-    /// override that the scene was read from. Unchanged where the source cannot be read again, as the standard input.
+    /// override that the scene was read from. Unchanged where the source cannot be read again, as the standard input, and
+    /// where nothing is wrong with the scene: placement was interrupted.
     #[must_use]
     pub fn located_in(self, source: impl AsRef<Path>, overrides: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
         let sets: Result<Vec<_>, _> = overrides.into_iter().map(|set| Override::parse(set.as_ref())).collect();
@@ -114,7 +115,7 @@ impl SceneError {
             None => Source::file(source),
         };
         match (text, sets) {
-            (Ok(text), Ok(sets)) if source != Path::new(STANDARD_INPUT) => {
+            (Ok(text), Ok(sets)) if source != Path::new(STANDARD_INPUT) && self.kind() != FaultKind::Interrupted => {
                 text.shown(put(self, &text.origin, &text.text, &sets))
             }
             _ => self,

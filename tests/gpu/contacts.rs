@@ -65,7 +65,10 @@ fn compare(what: &str, (bodies, walls): (&Bodies, &Walls), cutoff: f64, compute:
         assert_eq!((own.body, own.wall), (near.body, near.wall), "{what}");
         past = past.max((own.separation - near.separation).abs() / size);
         past = past.max((own.normal - near.normal).length());
-        past = past.max((own.point(bodies) - near.point(bodies)).length() / size);
+        let apart = own.point(bodies) - near.point(bodies);
+        // On a flat face the point moves by any root of what the normal turns by: only its depth is certain.
+        let flat = matches!(bodies.shape[near.body], Shape::Superellipsoid(_));
+        past = past.max(if flat { apart.dot(near.normal).abs() } else { apart.length() } / size);
     }
     println!("{what} {}: {} pairs {worst:?}, {} at walls {past:.1e}", precision.name(), ours.len(), of_walls.len());
     assert!(worst[0] <= tolerance && worst[2] <= tolerance && past <= tolerance, "{what}: {worst:?} {past:e}");
