@@ -3,12 +3,13 @@
 use crate::device::{device, precisions};
 use crate::separation::harness::{Errors, tolerance};
 use crate::separation::poses::{self, Pose};
+use crate::separation::superellipsoids;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::gpu::{Gpu, Precision};
 use relcp::internals::gpu::{Buffer, Kernel, Lattice, LatticePeriods, Source};
-use relcp::internals::separation::gpu::PairFamilies;
+use relcp::internals::separation::gpu::{Exponents, PairFamilies};
 use relcp::periodic::{Axis, Periods, Tilt};
 use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
@@ -230,14 +231,13 @@ fn separations(
     (families, poses): (PairFamilies, &[&Pose]),
 ) -> Vec<relcp::separation::Separation> {
     let on_lattice = LatticePeriods::new(*lattice, periods.lengths()).unwrap();
-    let source = on_lattice.define(Source::new("separations", precision));
+    let shapes: Vec<Shape> = poses.iter().flat_map(|pose| [pose.a.shape, pose.b.shape]).collect();
+    let exponents = Exponents::of(&shapes);
+    let source = exponents.add_to(on_lattice.define(Source::new("separations", precision)));
     let kernel = Kernel::new(gpu, &families.add_to(source, false).text(SEPARATIONS)).unwrap();
     let places: Vec<DVec3> = poses.iter().flat_map(|pose| [pose.a.position, pose.b.position]).collect();
     let [cells, remainders] = Points::of(precision, lattice, &places).buffers(gpu, precision);
-    let body = |body: &Placed| {
-        let (kind, [x, y, z]) = body.shape.code();
-        [&[x, y, z, f64::from(kind)], &body.orientation.to_array()[..]].concat()
-    };
+    let body = |body: &Placed| [&exponents.numbers(&body.shape), &body.orientation.to_array()[..]].concat();
     let bodies = poses.iter().flat_map(|pose| [body(&pose.a), body(&pose.b)].concat());
     let bodies = Buffer::reals(gpu, "bodies", precision, 4, bodies).unwrap();
     let count = poses.len() as u64;
@@ -262,7 +262,8 @@ fn separations_through_boundaries_are_those_of_the_nearest_image() {
     let Some(gpu) = device() else { return };
     let mut random = ChaCha8Rng::seed_from_u64(2);
     for aspect in [3.0, 20.0] {
-        let poses = [poses::near_contact(60, aspect), poses::deep(20, aspect)].concat();
+        let others = superellipsoids::near_contact(30, aspect);
+        let poses = [poses::near_contact(60, aspect), poses::deep(20, aspect), others].concat();
         let longest = poses.iter().map(Pose::size).fold(0.0, f64::max);
         let periods = Periods::new([Some(2.0 * longest + 1.0 / 3.0), Some(2.3 * longest), Some(3.1 * longest)]);
         let thinnest = poses.iter().flat_map(|pose| [pose.a.shape, pose.b.shape]);
@@ -279,6 +280,7 @@ fn separations_through_boundaries_are_those_of_the_nearest_image() {
             let mut worst = [0.0_f64; 2];
             for families in PairFamilies::ALL {
                 let of: Vec<&Pose> = moved.iter().filter(|pose| pose.families() == families).collect();
+                assert!(!of.is_empty(), "{families:?}");
                 for (pose, found) in of.iter().zip(separations(gpu, precision, &lattice, periods, (families, &of))) {
                     let [a, b] = periods.pair(pose.a, pose.b);
                     let pose = Pose::new(a, b);
