@@ -48,7 +48,7 @@ fn bad_periods_are_refused_with_their_place() {
         (r#"{ "lengths": [8, 9, "a"] }"#, "periodic.lengths.2", "number", 35),
         (r#"{ "length": [8, 9, 9] }"#, "periodic.length", "lengths", 17),
         (r#"{ "lengths": [1e30, 9, 9] }"#, "periodic.lengths.0", "coarser", 29),
-        (r#"[8, 9, 9]"#, "periodic.0", "list of length 3", 16),
+        (r#"[8, 9, 9]"#, "periodic", "found a list", 15),
         (r#"[[8, 9, 9]]"#, "periodic", "list", 15),
         // A rod of 3 and a cutoff of 0.1 need 6.2.
         (r#"{ "lengths": [8, 6.1, 9] }"#, "periodic.lengths.1", "6.2", 32),
