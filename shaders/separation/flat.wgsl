@@ -119,7 +119,7 @@ fn moved_by(of_body: vec3r, at: Hessians, step: vec2r) -> vec3r {
     return at.e1 * (of_body.x * step.x + of_body.y * step.y) + at.e2 * (of_body.y * step.x + of_body.z * step.y);
 }
 
-// The body's outward normal at the ray through a point; `otherwise` if it has none.
+// The outward normal of the body where the ray from its centre through a point leaves it. Without one: `otherwise`.
 fn normal_through(body: Posed, point: vec3r, otherwise: vec3r) -> vec3r {
     if !has_size(body) { return otherwise; }
     return unit_or(body.axes * gauge_of(body.norm, point * body.axes).normal, otherwise);

@@ -104,8 +104,8 @@ impl Scene {
 
 impl SceneError {
     /// A fault of placing the bodies of a scene, with the location of its key in the file, the built-in scene or the
-    /// override that the scene was read from. Unchanged where the source cannot be read again, as the standard input, and
-    /// where nothing is wrong with the scene: placement was interrupted.
+    /// override that the scene was read from. It is unchanged where the source cannot be read again (the standard
+    /// input), and where placement was interrupted: nothing is wrong with the scene then.
     #[must_use]
     pub fn located_in(self, source: impl AsRef<Path>, overrides: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
         let sets: Result<Vec<_>, _> = overrides.into_iter().map(|set| Override::parse(set.as_ref())).collect();

@@ -116,7 +116,7 @@ fn contacts_of_dense_states_are_the_cpus() {
 #[test]
 fn contacts_with_walls_of_every_kind_are_the_cpus() {
     let Some(gpu) = device() else { return };
-    // A ring and an ellipsoid cannot be in one scene.
+    // Each shape alone, so that the numbers of contacts are its own.
     let of = |shape: &str| WALLED.replace("SHAPE", shape);
     let scenes = [
         of(r#"{"ellipsoid": {"radii": [0.6, 0.3, 0.4]}}"#),

@@ -81,8 +81,8 @@ impl<const D: usize> Islands<D> {
         let mut rows = vec![Vec::new(); count];
         (0..).zip(&of_row).for_each(|(row, of): (u32, &u32)| rows[*of as usize].push(row));
         let mut old: Vec<Option<Island<D>>> = std::mem::take(&mut self.islands).into_iter().map(Some).collect();
-        // By the bodies of its first row: several processes number rows otherwise than one, and those of a later problem
-        // otherwise than before.
+        // Found by the bodies of their first rows, not by the numbers of rows: several processes number the rows of
+        // each problem anew.
         let first = |island: &Option<Island<D>>| island.as_ref().and_then(Island::first);
         let by_first: HashMap<[u32; 2], usize> = match self.known {
             true => (0..).zip(&old).filter_map(|(index, island)| first(island).map(|pair| (pair, index))).collect(),

@@ -1,5 +1,5 @@
-//! Growing and dividing rods in the plane, stepped by Rapier 0.36, which neither grows nor divides bodies: each rod gets
-//! a longer capsule before every step, and at its division length two rods take its place.
+//! Growing and dividing rods in the plane, stepped by Rapier 0.36. Rapier neither grows nor divides bodies. So each rod
+//! gets a longer capsule before every step, and at its division length two rods take its place.
 //!
 //! `peers-rapier version=0.36-colony frames=FILE dt= cells= every= radius= length= division= rate= turn= [settings]`:
 //! from one rod of tip-to-tip `length` until there are so many `cells`; daughters turn by up to `turn` degrees. A frame
