@@ -6,7 +6,8 @@
 
 `--colour NAME` colours by an array that bodies.pvd and axes.pvd have: generation, shape, id or birth; without it the first of
 these that varies.
-Rods are tubes around axes.pvd with a sphere at each end, rings are tubes, spheres and ellipsoids are 3D glyphs at bodies.pvd.
+Rods are tubes around axes.pvd with a sphere at each end, rings are tubes, spheres and ellipsoids are 3D glyphs at bodies.pvd,
+superellipsoids are the meshes of surfaces.pvd.
 Bonds are the lines of bonds.pvd, if the run has bonds.
 """
 import argparse
@@ -70,7 +71,9 @@ def show(folder, view, colour=None):
     if not colour:
         varied = [name for name in ("generation", "shape") if spread(bodies, name)[0] < spread(bodies, name)[1]]
         colour = (varied + ["id"])[0]
-    low, high = (0, 3) if colour == "shape" else spread(bodies, colour)
+    low, high = spread(bodies, colour)
+    if colour == "shape":
+        low, high = 0, max(high, 3)
     limits = (low, high) if high > low else (min(low, 0), max(high, 1))
     parts = []
     if spread(bodies, "glyph")[1] > 0:
@@ -84,6 +87,8 @@ def show(folder, view, colour=None):
         parts.append(pv.Show(tube, view, "GeometryRepresentation"))
     if spread(axes, "cap")[1] > 0:
         parts.append(glyphs(axes, view, "cap", False, None))
+    if os.path.exists(os.path.join(folder, "surfaces.pvd")):
+        parts.append(pv.Show(open_collection(folder, "surfaces"), view, "GeometryRepresentation"))
     if os.path.exists(os.path.join(folder, "bonds.pvd")):
         lines = pv.Show(open_collection(folder, "bonds"), view, "GeometryRepresentation")
         lines.LineWidth = 3

@@ -2,19 +2,22 @@
 //!
 //! GSD assigns a shape to a *type*, not to a particle. If a run has few sizes of a kind, each has its own type, and is
 //! exact. If it has many, as a colony of growing rods, their range is divided into equal classes, each drawn with the
-//! size in its middle.
+//! size in its middle; superellipsoids, which GSD has only as meshes, are then drawn as ellipsoids.
 
-use crate::shape::{Centreline, Geometry, Shape};
+use super::surface::{FACES, Surface};
+use crate::shape::{Centreline, Geometry, Shape, Tag};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-/// Kinds of shape, by the tag of [`Shape::code`].
-const KINDS: usize = 4;
+/// The kinds of shape that a file can hold.
+const KINDS: [Tag; 5] = [Tag::Sphere, Tag::Spherocylinder, Tag::Ellipsoid, Tag::Torus, Tag::Superellipsoid];
 /// The largest number of types of a kind. OVITO 3.17 opens 256 types at once and takes 2 s for 20,000.
 const MOST_TYPES: usize = 256;
 /// The largest number of types of rings, each a mesh of 80 KB.
 const MOST_RINGS: usize = 16;
+/// The largest number of types of superellipsoids, each a mesh of 55 KB.
+const MOST_SUPERELLIPSOIDS: usize = 48;
 /// Faces of a ring's mesh along it and around its tube. Its corners are on the surface, and its faces are inside by at
 /// most `(R + r) (1 - cos(pi/96))` and `r (1 - cos(pi/24))`: 0.05 % of the ring's radius, 0.9 % of the tube's.
 const RING_FACES: [usize; 2] = [96, 24];
@@ -22,16 +25,23 @@ const RING_FACES: [usize; 2] = [96, 24];
 /// The smallest length of a class of rods, in diameters.
 const LEAST_ROD: f64 = 1.0 + 1e-6;
 
-/// A shape's sizes as bits, which have the order of the sizes because these are positive.
-type Key = [u64; 3];
+/// A shape's sizes and exponents as bits, which have the order of the sizes because these are positive.
+type Key = [u64; 5];
 
-fn key(sizes: [f64; 3]) -> Key {
-    sizes.map(f64::to_bits)
+fn key(shape: &Shape) -> Key {
+    let ([a, b, c], [n1, n2]) = (shape.code().1, shape.exponents().unwrap_or_default());
+    [a, b, c, n1, n2].map(f64::to_bits)
+}
+
+/// The place of a shape's kind in [`KINDS`].
+fn place(shape: &Shape) -> usize {
+    // States with custom shapes were refused earlier.
+    KINDS.iter().position(|kind| *kind == shape.tag()).unwrap_or_default()
 }
 
 /// The sizes of a run, by kind.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Survey([Sizes; KINDS]);
+pub(super) struct Survey([Sizes; KINDS.len()]);
 
 #[derive(Clone, Debug)]
 struct Sizes {
@@ -47,29 +57,32 @@ impl Default for Sizes {
     }
 }
 
-fn most_types(tag: usize) -> usize {
-    if tag == 3 { MOST_RINGS } else { MOST_TYPES }
+fn most_types(kind: Tag) -> usize {
+    match kind {
+        Tag::Torus => MOST_RINGS,
+        Tag::Superellipsoid => MOST_SUPERELLIPSOIDS,
+        _ => MOST_TYPES,
+    }
 }
 
 impl Survey {
     /// Records a shape.
     pub(super) fn add(&mut self, shape: &Shape) {
-        let (tag, sizes) = shape.for_other_programs().code();
-        let of = &mut self.0[tag as usize];
-        for (i, size) in sizes.into_iter().enumerate() {
+        let of = &mut self.0[place(shape)];
+        for (i, size) in shape.code().1.into_iter().enumerate() {
             of.least[i] = of.least[i].min(size);
             of.most[i] = of.most[i].max(size);
         }
-        if of.distinct.len() <= most_types(tag as usize) {
-            of.distinct.insert(key(sizes));
+        if of.distinct.len() <= most_types(shape.tag()) {
+            of.distinct.insert(key(shape));
         }
     }
 
     /// The types for all of them.
     pub(super) fn classes(&self) -> Classes {
         let mut first = 0;
-        let kinds = [0, 1, 2, 3].map(|tag| {
-            let kind = Kind::new(tag, first, &self.0[tag as usize]);
+        let kinds = std::array::from_fn(|k| {
+            let kind = Kind::new(KINDS[k], first, &self.0[k]);
             first += kind.shapes.len() as u32;
             kind
         });
@@ -79,11 +92,12 @@ impl Survey {
 
 /// The types of a file.
 #[derive(Clone, Debug)]
-pub(super) struct Classes([Kind; KINDS]);
+pub(super) struct Classes([Kind; KINDS.len()]);
 
 /// The types of one kind of shape.
 #[derive(Clone, Debug)]
 struct Kind {
+    kind: Tag,
     /// The index of its first type in the file.
     first: u32,
     /// The shapes of its types.
@@ -95,14 +109,18 @@ struct Kind {
 }
 
 impl Kind {
-    fn new(tag: u32, first: u32, sizes: &Sizes) -> Self {
-        let most = most_types(tag as usize);
+    fn new(kind: Tag, first: u32, sizes: &Sizes) -> Self {
+        let most = most_types(kind);
         let grid = [(0.0, 0.0, 1); 3];
         if sizes.distinct.len() <= most {
             let keys: Vec<Key> = sizes.distinct.iter().copied().collect();
-            let shapes = keys.iter().filter_map(|key| Shape::from_code(tag, key.map(f64::from_bits))).collect();
-            return Kind { first, shapes, exact: Some(keys), grid };
+            let shape = |key: &Key| {
+                let [a, b, c, n1, n2] = key.map(f64::from_bits);
+                Shape::from_numbers(kind as u32, [a, b, c], Some([n1, n2]))
+            };
+            return Kind { kind, first, shapes: keys.iter().filter_map(shape).collect(), exact: Some(keys), grid };
         }
+        let drawn = if kind == Tag::Superellipsoid { Tag::Ellipsoid } else { kind };
         let widths = [0, 1, 2].map(|i| sizes.most[i] - sizes.least[i]);
         let varying = widths.iter().filter(|width| **width > 0.0).count().max(1);
         // The largest number of classes per size whose power is within the limit.
@@ -118,18 +136,25 @@ impl Kind {
                 rest /= count;
                 least + width * (at as f64 + 0.5)
             });
-            Shape::from_code(tag, middle).map(lengthened)
+            Shape::from_code(drawn as u32, middle).map(lengthened)
         });
-        Kind { first, shapes: shapes.collect(), exact: None, grid }
+        Kind { kind, first, shapes: shapes.collect(), exact: None, grid }
     }
 
-    fn of(&self, sizes: [f64; 3]) -> u32 {
+    fn name(&self) -> &'static str {
+        match self.kind {
+            Tag::Superellipsoid => "superellipsoid",
+            _ => self.shapes.first().map_or("", Shape::name),
+        }
+    }
+
+    fn of(&self, shape: &Shape) -> u32 {
         let class = match &self.exact {
-            Some(keys) => keys.partition_point(|of| *of < key(sizes)),
+            Some(keys) => keys.partition_point(|of| *of < key(shape)),
             None => {
                 let mut stride = 1;
                 let mut class = 0;
-                for (size, (least, width, count)) in sizes.into_iter().zip(self.grid) {
+                for (size, (least, width, count)) in shape.code().1.into_iter().zip(self.grid) {
                     let at = if width > 0.0 { ((size - least) / width) as usize } else { 0 };
                     class += stride * at.min(count - 1);
                     stride *= count;
@@ -154,8 +179,7 @@ fn lengthened(shape: Shape) -> Shape {
 impl Classes {
     /// The type of a shape.
     pub(super) fn of(&self, shape: &Shape) -> u32 {
-        let (tag, sizes) = shape.for_other_programs().code();
-        self.0[tag as usize].of(sizes)
+        self.0[place(shape)].of(shape)
     }
 
     /// Whether every type is exact, as far as GSD supports its shape.
@@ -171,12 +195,9 @@ impl Classes {
     /// Names of the types: that of the shape, numbered if there are several.
     pub(super) fn names(&self) -> Vec<String> {
         let names = self.0.iter().flat_map(|kind| {
-            let several = kind.shapes.len() > 1;
-            let name = move |(i, shape): (usize, &Shape)| match several {
-                true => format!("{}_{i:03}", shape.name()),
-                false => shape.name().to_owned(),
-            };
-            kind.shapes.iter().enumerate().map(name)
+            let (several, own) = (kind.shapes.len() > 1, kind.name());
+            let name = move |i: usize| if several { format!("{own}_{i:03}") } else { own.to_owned() };
+            (0..kind.shapes.len()).map(name)
         });
         names.collect()
     }
@@ -188,17 +209,27 @@ impl Classes {
 
     /// Notes for the user on the types.
     pub(super) fn notes(&self) -> Vec<String> {
-        let classed = self.0.iter().filter(|kind| kind.exact.is_none()).filter_map(|kind| {
-            let (name, count) = (kind.shapes.first()?.name(), kind.shapes.len());
+        let classed = self.0.iter().filter(|kind| kind.exact.is_none() && !kind.shapes.is_empty()).map(|kind| {
+            let (name, count) = (kind.name(), kind.shapes.len());
             let off = kind.grid.iter().map(|(_, width, _)| 0.5 * width).fold(0.0, f64::max);
-            Some(format!(
+            let drawn = if kind.kind == Tag::Superellipsoid { " as ellipsoids" } else { "" };
+            format!(
                 "{name}s have too many sizes for types of their own: {count} classes, up to {off:.2e} off; the exact sizes are in \
-                 log/particles/size, and OVITO draws them from log/particles/Aspherical Shape"
-            ))
+                 log/particles/size, and OVITO draws them{drawn} from log/particles/Aspherical Shape"
+            )
         });
-        let [along, around] = RING_FACES;
-        let meshed = (!self.0[3].shapes.is_empty()).then(|| {
-            format!("GSD has no tori: they are meshes of {along} by {around} faces with their corners on the surface")
+        let meshed = self.0.iter().filter(|kind| !kind.shapes.is_empty()).filter_map(|kind| match kind.kind {
+            Tag::Torus => {
+                let [along, around] = RING_FACES;
+                Some(format!(
+                    "GSD has no tori: they are meshes of {along} by {around} faces with their corners on the surface"
+                ))
+            }
+            Tag::Superellipsoid if kind.exact.is_some() => Some(format!(
+                "GSD has no superellipsoids: they are meshes of {} faces with their corners on the surface",
+                6 * FACES * FACES
+            )),
+            _ => None,
         });
         let unfit = self.0[3].exact.is_none().then(|| "OVITO draws tori by their class, too".to_owned());
         classed.chain(meshed).chain(unfit).collect()
@@ -207,6 +238,11 @@ impl Classes {
 
 /// A shape in GSD's terms: a spherocylinder is a rounded polyhedron with two corners.
 fn definition(shape: &Shape) -> Value {
+    if let Some(exponents) = shape.exponents() {
+        let Surface { points, faces, .. } = Surface::unit(exponents).scaled(shape.code().1);
+        let vertices: Vec<[f32; 3]> = points.iter().map(|point| point.as_vec3().to_array()).collect();
+        return json!({"type": "Mesh", "vertices": vertices, "indices": faces});
+    }
     match shape.geometry() {
         // A segment of zero length has two equal corners, which readers refuse.
         Geometry::Centreline { curve: Centreline::Segment { half }, radius } if half > 0.0 => {

@@ -11,6 +11,7 @@
 //! | `log/particles/birth`, `generation` | N | |
 //! | `log/particles/group` | N, i32 | the scene's group; -1: none |
 //! | `log/particles/size` | N x 3, f64 | a shape's exact sizes, in the order of a scene |
+//! | `log/particles/exponents` | N x 2, f64 | exponents of superellipsoids, zero of other shapes; if there are any |
 //! | `log/particles/angular_velocity` | N x 3 | |
 //! | `log/particles/Aspherical Shape` | N x 3, f32 | shapes for OVITO, if the types are classes |
 //!
@@ -50,6 +51,8 @@ struct Common {
     planar: bool,
     /// Whether any state has bonds.
     bonded: bool,
+    /// Whether any state has superellipsoids.
+    superellipsoids: bool,
 }
 
 /// Writes the states as the GSD file `path`, atomically.
@@ -94,7 +97,7 @@ fn watched(watch: Watch, read: usize, done: usize, all: usize) -> Result<(), Exp
 
 fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
     let mut sizes = Survey::default();
-    let (mut half, mut most, mut bonded) = (DVec3::ZERO, 0, false);
+    let (mut half, mut most, mut bonded, mut superellipsoids) = (DVec3::ZERO, 0, false, false);
     for i in 0..states.len() {
         watched(watch, i, 0, states.len())?;
         let state = states.read(i)?;
@@ -106,11 +109,12 @@ fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
             fits(&state, k).map_err(|(what, value)| unfit(states.origin(i), k, what, value))?;
             let shape = &bodies.shape[k];
             sizes.add(shape);
+            superellipsoids |= shape.exponents().is_some();
             let position = bodies.periods.wrapped(bodies.position[k]).0;
             half = half.max(position.abs() + shape.half_extents(bodies.orientation[k]));
         }
     }
-    Ok(Common { classes: sizes.classes(), half, bodies: most, planar: states.planar()?, bonded })
+    Ok(Common { classes: sizes.classes(), half, bodies: most, planar: states.planar()?, bonded, superellipsoids })
 }
 
 /// Checks that all numbers of a body fit into 32 bits, and that its lengths do not round to zero.
@@ -184,6 +188,10 @@ fn frame<W: io::Write + io::Seek>(
         file.chunk("particles/orientation", 4, turns)?;
         file.chunk("particles/velocity", 3, vectors(&bodies.velocity))?;
         log(file, state)?;
+        if common.superellipsoids {
+            let exponents = bodies.shape.iter().flat_map(|shape| shape.exponents().unwrap_or_default());
+            file.chunk("log/particles/exponents", 2, exponents)?;
+        }
         if !classes.exact() {
             // OVITO recognizes this name as its own property. It must have 32 bits.
             let sizes = bodies.shape.iter().flat_map(|shape| aspherical(shape).map(|x| x as f32));
@@ -227,9 +235,13 @@ fn log<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot) -> io::
 }
 
 /// The three numbers with which OVITO draws a body with its own size: semi-axes, or for a spherocylinder the radius,
-/// zero and the length of its cylinder. A mesh has none.
+/// zero and the length of its cylinder. A mesh has none; a superellipsoid is the ellipsoid with its semi-axes where it is
+/// no mesh.
 pub(super) fn aspherical(shape: &Shape) -> [f64; 3] {
-    match shape.for_other_programs().geometry() {
+    if shape.exponents().is_some() {
+        return shape.code().1;
+    }
+    match shape.geometry() {
         Geometry::Centreline { curve: Centreline::Point, radius } => [radius; 3],
         Geometry::Centreline { curve: Centreline::Segment { half }, radius } => [radius, 0.0, 2.0 * half],
         Geometry::Ellipsoid { radii } => radii.to_array(),

@@ -5,13 +5,14 @@
 //! | columns | what |
 //! | --- | --- |
 //! | `id` | the body's id, counted from 1 |
-//! | `type` | 1 sphere, 2 spherocylinder, 3 ellipsoid, 4 torus |
+//! | `type` | 1 sphere, 2 spherocylinder, 3 ellipsoid, 4 torus, 6 superellipsoid |
 //! | `x y z ix iy iz` | the centre, in the box, and the periods to add to it |
 //! | `vx vy vz omegax omegay omegaz` | velocities |
 //! | `quatw quati quatj quatk` | the rotation from the body's axes |
 //! | `shapex shapey shapez` | the full extents along the body's axes, as for LAMMPS' ellipsoids |
 //! | `d_size1 d_size2 d_size3` | the shape's sizes in the order of a scene |
 //! | `i_parent d_birth i_generation i_group` | lineage and group; a parent is counted from 1 and 0 is none, a group -1 |
+//! | `block1 block2` | only of runs with superellipsoids: their exponents `n1` and `n2` by the names of LAMMPS, 2 of others |
 //!
 //! Where a state has bonds, a second file, `NAME.bonds.lammpstrj`, has them as LAMMPS' `dump local` writes it, one line
 //! per bond: its number in the scene from 1, the ids of its bodies in the dump, its type, 1, its length, its tension,
@@ -19,7 +20,7 @@
 //!
 //! The box of a sheared cell is triclinic, with the tilts xy, xz and yz, and bodies are in it.
 //!
-//! Numbers have all their digits. LAMMPS and OVITO draw types 2 and 4 as ellipsoids of the same extents.
+//! Numbers have all their digits. LAMMPS and OVITO draw types 2, 4 and 6 as ellipsoids of the same extents.
 
 use super::text::{Space, write_frames};
 use super::{ExportError, Exported};
@@ -32,6 +33,9 @@ use std::path::Path;
 /// The names of the columns.
 const COLUMNS: &str = "id type x y z ix iy iz vx vy vz omegax omegay omegaz quatw quati quatj quatk shapex shapey shapez \
                        d_size1 d_size2 d_size3 i_parent d_birth i_generation i_group";
+
+/// The exponents of an ellipsoid.
+const ELLIPSOID: [f64; 2] = [2.0; 2];
 
 /// Half the height of a planar box; LAMMPS requires a height.
 const HALF_HEIGHT: f64 = 0.5;
@@ -74,8 +78,9 @@ fn any_bonds(states: &States) -> Result<bool, ExportError> {
 fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()> {
     let bodies = &state.bodies;
     head(out, state, space, ("ATOMS", bodies.len()))?;
-    writeln!(out, "ITEM: ATOMS {COLUMNS}")?;
-    (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
+    let more = if space.superellipsoids { " block1 block2" } else { "" };
+    writeln!(out, "ITEM: ATOMS {COLUMNS}{more}")?;
+    (0..bodies.len()).try_for_each(|k| line(out, bodies, k, space.superellipsoids))
 }
 
 /// The bonds of a state.
@@ -120,7 +125,7 @@ fn bounds_of(half: f64, [xy, xz, yz]: [f64; 3], axis: usize) -> [f64; 2] {
     [low + least, low + 2.0 * half + most]
 }
 
-fn line(out: &mut dyn Write, bodies: &Bodies, k: usize) -> io::Result<()> {
+fn line(out: &mut dyn Write, bodies: &Bodies, k: usize, with_exponents: bool) -> io::Result<()> {
     let (shape, lineage, q) = (&bodies.shape[k], &bodies.lineage[k], bodies.orientation[k]);
     let (position, image) = bodies.periods.wrapped_into_edges(bodies.position[k]);
     let (tag, sizes) = shape.code();
@@ -133,5 +138,10 @@ fn line(out: &mut dyn Write, bodies: &Bodies, k: usize) -> io::Result<()> {
     numbers.into_iter().try_for_each(|x| write!(out, " {x:?}"))?;
     let parent = lineage.parent.map_or(0, |parent| parent + 1);
     let group = if bodies.group[k] == NO_GROUP { -1 } else { i64::from(bodies.group[k]) };
-    writeln!(out, " {parent} {:?} {} {group}", lineage.birth, lineage.generation)
+    write!(out, " {parent} {:?} {} {group}", lineage.birth, lineage.generation)?;
+    if with_exponents {
+        let [n1, n2] = shape.exponents().unwrap_or(ELLIPSOID);
+        write!(out, " {n1:?} {n2:?}")?;
+    }
+    writeln!(out)
 }

@@ -3,7 +3,7 @@
 //!
 //! [`States`] finds the states, [`gsd()`], [`vtk()`], [`lammps()`] and [`xyz()`] write them. Each file is written
 //! atomically. Shapes are exact wherever the format supports them: see the modules of these names for the layout, and
-//! for the form of rods and rings.
+//! for the form of rods, rings and superellipsoids.
 //!
 //! ```
 //! use relcp::export::{Format, export};
@@ -20,6 +20,7 @@ mod error;
 mod file_layer;
 pub mod gsd;
 pub mod lammps;
+mod surface;
 mod text;
 pub mod vtk;
 mod vtp;

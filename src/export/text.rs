@@ -21,6 +21,8 @@ pub(super) struct Space {
     pub periodic: [bool; 3],
     /// Whether the run is planar.
     pub planar: bool,
+    /// Whether any state has superellipsoids, so that bodies have columns for their exponents.
+    pub superellipsoids: bool,
 }
 
 /// Writes all states, which are read twice, as one text file, atomically. `frame` writes one state.
@@ -35,7 +37,7 @@ pub(super) fn write_frames(
         true => Ok(()),
         false => Err(ExportError::Stopped { done, all }),
     };
-    let (mut half, mut most) = (DVec3::ZERO, 0);
+    let (mut half, mut most, mut superellipsoids) = (DVec3::ZERO, 0, false);
     let mut periods = crate::periodic::Periods::NONE;
     for i in 0..all {
         going(i, 0)?;
@@ -45,13 +47,14 @@ pub(super) fn write_frames(
         let bodies = state.bodies.wrapped();
         for (k, shape) in bodies.shape.iter().enumerate() {
             half = half.max(bodies.position[k].abs() + shape.half_extents(bodies.orientation[k]));
+            superellipsoids |= shape.exponents().is_some();
         }
         (most, periods) = (most.max(bodies.len()), bodies.periods);
     }
     let periodic = periods.lengths().map(|length| length.is_some());
     let sides = DVec3::select(periods.length().cmpgt(DVec3::ZERO), periods.length(), 2.0 * BOX_MARGIN * half);
-    let space =
-        Space { sides: sides.max(DVec3::splat(f64::MIN_POSITIVE)), tilts: None, periodic, planar: states.planar()? };
+    let sides = sides.max(DVec3::splat(f64::MIN_POSITIVE));
+    let space = Space { sides, tilts: None, periodic, planar: states.planar()?, superellipsoids };
     let fault = || RecordError::io(path, "write it");
     let bytes = durable::place_with(path, |part: &mut File| {
         let mut out = BufWriter::new(part);

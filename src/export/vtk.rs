@@ -1,10 +1,11 @@
-//! ParaView: four collections (`.pvd`, with the physical times) of VTK's `.vtp` files, four per state, in 64-bit
+//! ParaView: collections (`.pvd`, with the physical times) of VTK's `.vtp` files, one of each per state, in 64-bit
 //! floats.
 //!
 //! | collection | points | data |
 //! | --- | --- | --- |
-//! | `bodies.pvd` | the centres | `orientation` (`[w, x, y, z]`, a "Quaternion" of 3D glyphs), `shape` (0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (as a scene gives them), `glyph` (the axes of a sphere or an ellipsoid, by which a glyph of unit diameter is scaled; 0 for rods and rings), `id`, `parent` (-1: none), `birth`, `generation`, `group` (-1: none), `velocity`, `angular_velocity` |
+//! | `bodies.pvd` | the centres | `orientation` (`[w, x, y, z]`, a "Quaternion" of 3D glyphs), `shape` (0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus, 5 superellipsoid), `size` (as a scene gives them), `glyph` (the axes of a sphere or an ellipsoid, by which a glyph of unit diameter is scaled; 0 for other shapes), `exponents` (of superellipsoids, if there are any; 0 for other shapes), `id`, `parent` (-1: none), `birth`, `generation`, `group` (-1: none), `velocity`, `angular_velocity` |
 //! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
+//! | `surfaces.pvd`, only of states with superellipsoids | the surface of each, 600 quadrilaterals | `Normals`, `body` (its row), `shape`, `id`, `generation`, `birth` |
 //! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force along the normal) and `force` (of `a` on `b`, with friction; both are not a number where they are not known: only a checkpoint and states recorded with `output.forces` know) |
 //! | `field-NAME.pvd`, one for each field: the grid, as image data (`.vti`) | | `concentration` of each cell |
 //! | `bonds.pvd`, only of states with bonds | a line a bond, from end to end | `number` (in the scene), `a` and `b` (rows), `tension`, `force` and `torque` (on `b`, about the bond's end there; not a number where they are not known), `bending_energy` |
@@ -12,9 +13,12 @@
 //! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of
 //! periods to add; a contact refers to `a` and to the image of `b` that it touches.
 //!
-//! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact up to ParaView's
+//! With tubes around the axes, spheres at their ends, glyphs at the bodies and the surfaces, the shapes are exact up to
 //! facets: the corners are on the true surface. [`SCRIPT`], which is written beside them, sets this up.
 
+mod surfaces;
+
+use self::surfaces::surfaces;
 use super::Exported;
 use super::error::ExportError;
 use super::vtp::{Array, Cells, ImageData, Numbers, PolyData};
@@ -37,9 +41,9 @@ const SCRIPT_NAME: &str = "show.py";
 /// The folder of the states' files.
 const STATES: &str = "states";
 /// The collections.
-const COLLECTIONS: [&str; 4] = ["bodies", "axes", "contacts", BONDS];
-/// The one that only states with bonds have.
-const BONDS: &str = "bonds";
+const COLLECTIONS: [&str; 5] = ["bodies", "axes", "contacts", "bonds", "surfaces"];
+/// The number of those that all states have; the others are of states with bonds and with superellipsoids.
+const ALWAYS: usize = 3;
 
 /// Segments of a ring's axis. Its corners are on the circle, the middles of its segments are inside by `R (1 -
 /// cos(pi/64))`: 0.12 %.
@@ -78,12 +82,11 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
         finite(&state, || states.origin(i))?;
         state.refuse_custom(|| states.origin(i))?;
         let wrapped = state.wrapped();
-        let data = [bodies(&state), axes(&wrapped), touching(&wrapped, cutoff), bonds(&wrapped)];
-        let held = !state.bodies.bonds.is_empty();
+        let held = (!state.bodies.bonds.is_empty()).then(|| bonds(&wrapped));
+        let always = [bodies(&state), axes(&wrapped), touching(&wrapped, cutoff)].map(Some);
+        let data = always.into_iter().chain([held, surfaces(&wrapped)]);
         for ((name, data), listed) in COLLECTIONS.into_iter().zip(data).zip(&mut listed) {
-            if name == BONDS && !held {
-                continue;
-            }
+            let Some(data) = data else { continue };
             listed.push((state.step, state.time));
             let packed = data.into_bytes();
             bytes += packed.len() as u64;
@@ -100,9 +103,10 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
     }
     durable::sync_folder(&inner)?;
     let mut files = Vec::new();
-    let collections =
-        COLLECTIONS.into_iter().zip(&listed).filter(|(name, listed)| *name != BONDS || !listed.is_empty());
-    for (name, text) in collections
+    let collections = COLLECTIONS.into_iter().zip(&listed).enumerate();
+    let written = collections.filter(|(k, (_, listed))| *k < ALWAYS || !listed.is_empty());
+    for (name, text) in written
+        .map(|(_, collection)| collection)
         .map(|(name, listed)| (format!("{name}.pvd"), collection(name, listed, "vtp")))
         .chain(grids.iter().map(|(name, listed)| (format!("{name}.pvd"), collection(name, listed, "vti"))))
         .chain([(SCRIPT_NAME.into(), script(folder))])
@@ -166,6 +170,10 @@ fn bodies(state: &Snapshot) -> PolyData {
         Array::new("velocity", 3, Numbers::F64(flat(&bodies.velocity))),
         Array::new("angular_velocity", 3, Numbers::F64(flat(&bodies.angular_velocity))),
     ];
+    if bodies.shape.iter().any(|shape| shape.exponents().is_some()) {
+        let exponents = bodies.shape.iter().map(|shape| shape.exponents().unwrap_or_default());
+        point_data.push(Array::rows("exponents", exponents));
+    }
     if !bodies.periods.is_none() {
         let images = bodies.position.iter().flat_map(|x| bodies.periods.wrapped(*x).1.to_array());
         point_data.push(Array::new("image", 3, Numbers::I64(images.collect())));
@@ -181,7 +189,7 @@ fn bodies(state: &Snapshot) -> PolyData {
 
 /// The scale of a sphere of unit diameter that gives the body.
 fn glyph(shape: &Shape) -> [f64; 3] {
-    match shape.for_other_programs().geometry() {
+    match shape.geometry() {
         Geometry::Centreline { curve: Centreline::Point, radius } => [2.0 * radius; 3],
         Geometry::Ellipsoid { radii } => (2.0 * radii).to_array(),
         Geometry::Centreline { curve: Centreline::Segment { .. } | Centreline::Circle { .. }, .. }
@@ -264,8 +272,8 @@ fn axes(state: &Snapshot) -> PolyData {
         Array::new("body", 1, Numbers::U32(axes.body)),
     ];
     let cell_data = vec![Array::new("axis_of", 1, Numbers::U32(axes.bodies.concat()))];
-    let (vertices, lines) = (axes.vertices, axes.lines);
-    PolyData { points: flat(&axes.points), vertices, lines, point_data, cell_data, time: state.time }
+    let (points, vertices, lines) = (flat(&axes.points), axes.vertices, axes.lines);
+    PolyData { points, vertices, lines, point_data, cell_data, time: state.time, ..PolyData::default() }
 }
 
 fn touching(state: &Snapshot, cutoff: Option<f64>) -> PolyData {

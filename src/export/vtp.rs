@@ -5,10 +5,14 @@
 
 use std::fmt::Write;
 
+/// The name of the array that programs take for the surface's normals.
+pub(super) const NORMALS: &str = "Normals";
+
 /// An array's numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Numbers {
     F64(Vec<f64>),
+    F32(Vec<f32>),
     I64(Vec<i64>),
     I32(Vec<i32>),
     U32(Vec<u32>),
@@ -61,7 +65,8 @@ pub(super) struct PolyData {
     pub(super) points: Vec<f64>,
     pub(super) vertices: Cells,
     pub(super) lines: Cells,
-    /// One row per point.
+    pub(super) polygons: Cells,
+    /// One row per point; an array of the name [`NORMALS`] is that of the surface.
     pub(super) point_data: Vec<Array>,
     /// One row per cell, those of `vertices` first.
     pub(super) cell_data: Vec<Array>,
@@ -74,18 +79,20 @@ impl PolyData {
     pub(super) fn into_bytes(self) -> Vec<u8> {
         let mut file = File::default();
         let [points, vertices, lines] = [self.points.len() / 3, self.vertices.ends.len(), self.lines.ends.len()];
+        let polygons = self.polygons.ends.len();
         file.line("<?xml version=\"1.0\"?>");
         file.line("<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">");
         file.line("<PolyData>\n<FieldData>");
         file.array(&Array::new("TimeValue", 1, Numbers::F64(vec![self.time])), Some(1));
         file.line("</FieldData>");
         file.line(&format!(
-            "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"{vertices}\" NumberOfLines=\"{lines}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">"
+            "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"{vertices}\" NumberOfLines=\"{lines}\" NumberOfStrips=\"0\" NumberOfPolys=\"{polygons}\">"
         ));
         file.section("PointData", self.point_data);
         file.section("CellData", self.cell_data);
         file.section("Points", vec![Array::new("Points", 3, Numbers::F64(self.points))]);
-        for (name, cells) in [("Verts", self.vertices), ("Lines", self.lines)] {
+        let cells = [("Verts", self.vertices), ("Lines", self.lines), ("Polys", self.polygons)];
+        for (name, cells) in cells.into_iter().filter(|(name, _)| *name != "Polys" || polygons > 0) {
             let points = Array::new("connectivity", 1, Numbers::I64(cells.points));
             file.section(name, vec![points, Array::new("offsets", 1, Numbers::I64(cells.ends))]);
         }
@@ -151,7 +158,8 @@ impl File {
     }
 
     fn section(&mut self, name: &str, arrays: Vec<Array>) {
-        self.line(&format!("<{name}>"));
+        let normals = if arrays.iter().any(|array| array.name == NORMALS) { " Normals=\"Normals\"" } else { "" };
+        self.line(&format!("<{name}{normals}>"));
         arrays.iter().for_each(|array| self.array(array, None));
         self.line(&format!("</{name}>"));
     }
@@ -172,6 +180,7 @@ impl File {
     fn numbers(&mut self, numbers: &Numbers) -> &'static str {
         match numbers {
             Numbers::F64(v) => self.data("Float64", v, |x| x.to_le_bytes()),
+            Numbers::F32(v) => self.data("Float32", v, |x| x.to_le_bytes()),
             Numbers::I64(v) => self.data("Int64", v, |x| x.to_le_bytes()),
             Numbers::I32(v) => self.data("Int32", v, |x| x.to_le_bytes()),
             Numbers::U32(v) => self.data("UInt32", v, |x| x.to_le_bytes()),

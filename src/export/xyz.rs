@@ -12,8 +12,15 @@
 //! | `shape`, `size` | the shape's name and its sizes in the order of a scene |
 //! | `omega` | the angular velocity |
 //! | `id`, `parent`, `birth`, `generation`, `group` | lineage and group; -1 is none |
+//! | `exponents` | only of runs with superellipsoids: their `n1` and `n2`, 2 of others |
+//! | `superquadric_roundness` | only of these: `2 / n2` and `2 / n1`, OVITO's phi and theta |
 //!
 //! Numbers have all their digits. The box of a sheared cell is tilted, and bodies are in it.
+//!
+//! OVITO does not take the last column as its own property, and draws superellipsoids as ellipsoids until you choose
+//! *Superquadric Roundness* for it among the columns of the file, or in a script:
+//! `ComputePropertyModifier(output_property="Superquadric Roundness", expressions=["superquadric_roundness.1",
+//! "superquadric_roundness.2"])`.
 
 use super::gsd::aspherical;
 use super::text::{Space, write_frames};
@@ -27,6 +34,11 @@ use std::path::Path;
 /// The names, types and widths of the columns.
 const COLUMNS: &str = "species:S:1:pos:R:3:velo:R:3:orientation:R:4:aspherical_shape:R:3:shape:S:1:size:R:3:omega:R:3:\
                        id:I:1:parent:I:1:birth:R:1:generation:I:1:group:I:1";
+
+/// The columns of runs with superellipsoids.
+const EXPONENTS: &str = ":exponents:R:2:superquadric_roundness:R:2";
+/// The exponents of an ellipsoid.
+const ELLIPSOID: [f64; 2] = [2.0; 2];
 
 /// Writes the states as the extended XYZ file `path`, atomically: see [the module](self).
 ///
@@ -63,11 +75,12 @@ fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()>
         }
     };
     write!(out, "Origin=\"{cx:?} {cy:?} {cz:?}\" pbc=\"{px} {py} {pz}\" ")?;
-    writeln!(out, "Time={:?} Step={} Properties={COLUMNS}", state.time, state.step)?;
-    (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
+    let more = if space.superellipsoids { EXPONENTS } else { "" };
+    writeln!(out, "Time={:?} Step={} Properties={COLUMNS}{more}", state.time, state.step)?;
+    (0..bodies.len()).try_for_each(|k| line(out, bodies, k, space.superellipsoids))
 }
 
-fn line(out: &mut dyn Write, bodies: &Bodies, k: usize) -> io::Result<()> {
+fn line(out: &mut dyn Write, bodies: &Bodies, k: usize, with_exponents: bool) -> io::Result<()> {
     let (shape, lineage, q) = (&bodies.shape[k], &bodies.lineage[k], bodies.orientation[k]);
     let position = bodies.periods.wrapped_into_edges(bodies.position[k]).0;
     write!(out, "X")?;
@@ -80,7 +93,12 @@ fn line(out: &mut dyn Write, bodies: &Bodies, k: usize) -> io::Result<()> {
     numbers(out, &bodies.angular_velocity[k].to_array())?;
     let parent = lineage.parent.map_or(-1, |parent| parent as i64);
     let group = if bodies.group[k] == NO_GROUP { -1 } else { i64::from(bodies.group[k]) };
-    writeln!(out, " {} {parent} {:?} {} {group}", lineage.id, lineage.birth, lineage.generation)
+    write!(out, " {} {parent} {:?} {} {group}", lineage.id, lineage.birth, lineage.generation)?;
+    if with_exponents {
+        let [n1, n2] = shape.exponents().unwrap_or(ELLIPSOID);
+        numbers(out, &[n1, n2, 2.0 / n2, 2.0 / n1])?;
+    }
+    writeln!(out)
 }
 
 fn numbers(out: &mut dyn Write, numbers: &[f64]) -> io::Result<()> {

@@ -192,15 +192,6 @@ impl Shape {
         matches!(self.geometry(), Geometry::Convex(_))
     }
 
-    /// The shape that programs without superellipsoids draw in place of one: the ellipsoid with its semi-axes.
-    #[cfg(feature = "files")]
-    pub(crate) fn for_other_programs(&self) -> Shape {
-        match self {
-            Shape::Superellipsoid(of) => Shape::Ellipsoid { radii: of.radii() },
-            other => *other,
-        }
-    }
-
     /// Radius of the smallest sphere about the centre that holds the shape.
     #[inline]
     pub fn bounding_radius(&self) -> f64 {

@@ -1,6 +1,7 @@
 //! The real readers, by `tests/readers/check_export.py`.
 
 use crate::scenes::{colony, every_shape, large, many_rods};
+use crate::superellipsoids;
 use relcp::export::{Format, export};
 use relcp::record::{Snapshot, States, write_state};
 use relcp::step::State;
@@ -61,7 +62,8 @@ fn the_real_readers_draw_the_exact_shapes() {
         return;
     };
     let place = tempfile::tempdir().unwrap();
-    for (name, Snapshot { step, time, bodies, .. }) in [("shapes", every_shape()), ("rods", many_rods(2000))] {
+    let snapshots = [("shapes", every_shape()), ("rods", many_rods(2000)), ("dice", superellipsoids::snapshot())];
+    for (name, Snapshot { step, time, bodies, .. }) in snapshots {
         let path = place.path().join(format!("{name}.npz"));
         write_state(&path, &State { step, next_id: 0, bodies, warm: Vec::new(), ..State::default() }, "x", time, None)
             .unwrap();

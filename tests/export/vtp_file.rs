@@ -38,9 +38,9 @@ impl Vtp {
                 vtp.arrays.insert((section.clone(), name.into()), (columns.parse().unwrap(), numbers));
             } else if line.starts_with("<Piece NumberOfPoints") {
                 let count = |name: &str| (name.to_owned(), attribute(line, name).unwrap().parse().unwrap());
-                vtp.counts = ["NumberOfPoints", "NumberOfVerts", "NumberOfLines"].map(count).into();
+                vtp.counts = ["NumberOfPoints", "NumberOfVerts", "NumberOfLines", "NumberOfPolys"].map(count).into();
             } else {
-                section = line.trim_matches(['<', '>', '/']).into();
+                section = line.trim_matches(['<', '>', '/']).split(' ').next().unwrap().into();
             }
         }
         assert_eq!(bytes.len(), at + end + b"\n</AppendedData>\n</VTKFile>\n".len());
@@ -84,6 +84,7 @@ impl Vtp {
 fn numbers(kind: &str, bytes: &[u8]) -> Vec<f64> {
     match kind {
         "Float64" => bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect(),
+        "Float32" => bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap()).into()).collect(),
         "Int64" => bytes.chunks_exact(8).map(|b| i64::from_le_bytes(b.try_into().unwrap()) as f64).collect(),
         "Int32" => bytes.chunks_exact(4).map(|b| i32::from_le_bytes(b.try_into().unwrap()).into()).collect(),
         "UInt32" => bytes.chunks_exact(4).map(|b| u32::from_le_bytes(b.try_into().unwrap()).into()).collect(),

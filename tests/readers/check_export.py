@@ -28,7 +28,9 @@ except ImportError:
 
 VTK_TOLERANCE = 1e-6
 GSD_TOLERANCE = 1e-5  # positions are 32-bit floats
-SPHERE, ROD, ELLIPSOID, TORUS = range(4)
+SPHERE, ROD, ELLIPSOID, TORUS, _, SUPERELLIPSOID = range(6)
+KINDS = {"sphere": SPHERE, "spherocylinder": ROD, "ellipsoid": ELLIPSOID, "torus": TORUS, "superellipsoid": SUPERELLIPSOID}
+MESHED = (TORUS, SUPERELLIPSOID)
 MOST = 500  # bodies whose surfaces are compared, spread over a state
 FAILED = []
 
@@ -78,11 +80,25 @@ def off_surface(state, i, points):
         off = np.sqrt(x * x + y * y + (z - np.clip(z, -half, half)) ** 2) - 0.5 * a
     elif kind == TORUS:
         off = np.hypot(np.hypot(x, y) - a, z) - b
+    elif kind == SUPERELLIPSOID:
+        off = off_superellipsoid(np.array([a, b, c]), state["exponents"][i], local)
     else:
         radii = np.array([a, b, c])
         value = np.sqrt(((local / radii) ** 2).sum(axis=1))
         off = (value - 1) * value / np.linalg.norm(local / radii**2, axis=1)
     return np.abs(off).max()
+
+
+def off_superellipsoid(radii, exponents, local):
+    """The distance to first order: the gauge less 1, over its slope."""
+    n1, n2 = exponents
+    x, y, z = np.abs(local / radii).T
+    across = (x**n2 + y**n2) ** (1 / n2)
+    gauge = (across**n1 + z**n1) ** (1 / n1)
+    out = (across / gauge) ** (n1 - 1)
+    part = np.where(across > 0, across, 1)
+    slope = np.c_[out * (x / part) ** (n2 - 1), out * (y / part) ** (n2 - 1), (z / gauge) ** (n1 - 1)] / radii
+    return (gauge - 1) / np.linalg.norm(slope, axis=1)
 
 
 def sphere_points(count=200):
@@ -142,8 +158,9 @@ def check_gsd(path, run):
             axis = np.linalg.norm(rotation(p.orientation) - rotation(state["orientation"]), axis=(1, 2)).max()
             turned = max(turned, axis)
             half = frame.configuration.box[:3] / 2
-            inside &= bool((np.abs(state["position"]) < half).all())
-            named = np.array([["sphere", "spherocylinder", "ellipsoid", "torus"].index(t.split("_")[0]) for t in p.types])
+            # A planar box has no height.
+            inside &= bool((np.abs(state["position"]) < half)[:, half > 0].all())
+            named = np.array([KINDS[t.split("_")[0]] for t in p.types])
             if not np.array_equal(named[p.typeid], state["shape"]):
                 check(f"gsd: step {step}", False, "types are of other shapes")
             asp = frame.log.get("particles/Aspherical Shape")
@@ -152,7 +169,7 @@ def check_gsd(path, run):
             for i in chosen(n):
                 place = lambda points: points @ turns[i].T + p.position[i]
                 typed = max(typed, off_surface(state, i, place(type_surface(p.type_shapes[p.typeid[i]]))))
-                if classed and state["shape"][i] != TORUS:
+                if classed and state["shape"][i] not in MESHED:
                     own = max(own, off_surface(state, i, place(own_surface(state, i, asp[i]))))
         check("gsd: orientations", turned < 1e-6, f"{turned:.1e}")
         check("gsd: the box holds all centres", inside)
@@ -186,7 +203,7 @@ def check_ovito(path, run):
         for i in chosen(p.count):
             kind, of = int(state["shape"][i]), types[int(p["Particle Type"][i])]
             kinds.add(str(of.shape))
-            if kind == TORUS:
+            if kind in MESHED:
                 if of.id not in meshes:
                     meshes[of.id] = np.array(of.mesh.vertices if hasattr(of.mesh, "vertices") else of.mesh.get_vertices())
                 points = meshes[of.id] * of.radius
@@ -307,6 +324,20 @@ def check_contacts(poly, state):
     return len(points), worst, int(np.isfinite(data["gamma"]).sum())
 
 
+def check_surfaces(folder, run):
+    """Each superellipsoid has its surface, whose corners are on it."""
+    states, worst, covered = {when: state for _, when, state, _ in run}, 0.0, True
+    for when, path in collection(folder, "surfaces"):
+        poly, state = read_vtp(path), states[when]
+        covered &= poly.GetPointData().GetNormals() is not None and poly.GetNumberOfPolys() > 0
+        points, of = points_of(poly), arrays(poly.GetPointData())["body"]
+        covered &= np.array_equal(np.unique(of), np.flatnonzero(state["shape"] == SUPERELLIPSOID))
+        for i in np.unique(of):
+            worst = max(worst, off_surface(state, i, points[of == i]))
+    check("vtk: a surface with normals for each superellipsoid", covered)
+    check("vtk: surfaces", worst < VTK_TOLERANCE, f"{worst:.1e}")
+
+
 def check_vtk(folder, run):
     begun = time.time()
     listed = {name: collection(folder, name) for name in ("bodies", "axes", "contacts")}
@@ -327,6 +358,8 @@ def check_vtk(folder, run):
     check("vtk: glyphs", glyphs < VTK_TOLERANCE, f"{glyphs:.1e}")
     check("vtk: an axis a rod and ring", axes)
     check("vtk: tubes and caps", tubes < VTK_TOLERANCE, f"{tubes:.1e}")
+    if os.path.exists(os.path.join(folder, "surfaces.pvd")):
+        check_surfaces(folder, run)
     check("vtk: contacts", contacts < VTK_TOLERANCE, f"{contacts:.1e} of {pairs}, {forces} with a force")
     print(f"     vtk {vtk.vtkVersion.GetVTKVersion()}: {time.time() - begun:.1f} s")
 

@@ -23,7 +23,7 @@ except ImportError:
     ovito = None
 
 FAILED = []
-SPHERE, ROD, ELLIPSOID, TORUS = range(4)
+SPHERE, ROD, ELLIPSOID, TORUS, _, SUPERELLIPSOID = range(6)
 
 
 def check(what, holds, said=""):
@@ -35,13 +35,16 @@ def check(what, holds, said=""):
 def extents(kind, size):
     """Full extents along the body's axes."""
     a, b, c = size
-    return {SPHERE: (2 * a,) * 3, ROD: (a, a, b), ELLIPSOID: (2 * a, 2 * b, 2 * c), TORUS: (2 * (a + b), 2 * (a + b), 2 * b)}[int(kind)]
+    box = (2 * a, 2 * b, 2 * c)
+    ring = (2 * (a + b), 2 * (a + b), 2 * b)
+    return {SPHERE: (2 * a,) * 3, ROD: (a, a, b), ELLIPSOID: box, TORUS: ring, SUPERELLIPSOID: box}[int(kind)]
 
 
 def drawn(kind, size):
     """The three numbers that OVITO draws."""
     a, b, c = size
-    return {SPHERE: (a, a, a), ROD: (a / 2, 0, b - a), ELLIPSOID: (a, b, c), TORUS: (0, 0, 0)}[int(kind)]
+    own = (a, b, c)
+    return {SPHERE: (a, a, a), ROD: (a / 2, 0, b - a), ELLIPSOID: own, TORUS: (0, 0, 0), SUPERELLIPSOID: own}[int(kind)]
 
 
 def near(a, b):
@@ -74,6 +77,10 @@ def check_ovito(path, states, shape, tolerance):
         check(f"ovito: {name} orientations", np.allclose(turned, state["orientation"][own], atol=tolerance))
         wanted = np.array([shape(kind, size) for kind, size in zip(state["shape"][own], state["size"][own])])
         check(f"ovito: {name} shapes", np.allclose(particles["Aspherical Shape"][order], wanted, atol=tolerance))
+        if name.endswith("xyz") and "exponents" in state:
+            exponents = np.where(state["exponents"] > 0, state["exponents"], 2)
+            found = np.asarray(particles["superquadric_roundness"])
+            check(f"ovito: {name} roundness", np.allclose(found, 2 / exponents[:, ::-1], atol=tolerance))
 
 
 def main():
