@@ -29,6 +29,11 @@ pub(super) fn sizes(bodies: &Bodies) -> Vec<[f64; 3]> {
     bodies.shape.iter().map(|shape| shape.code().1).collect()
 }
 
+/// The exponents of superellipsoids, zero of other shapes.
+pub(super) fn exponents(bodies: &Bodies) -> Vec<[f64; 2]> {
+    bodies.shape.iter().map(|shape| shape.exponents().unwrap_or_default()).collect()
+}
+
 pub(super) fn axes(bodies: &Bodies) -> Vec<[f64; 3]> {
     bodies.orientation.iter().map(|q| (*q * glam::DVec3::Z).to_array()).collect()
 }
@@ -153,6 +158,12 @@ impl PyBodies {
     #[getter]
     fn sizes<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
         table(py, sizes(&self.bodies))
+    }
+
+    /// (N, 2): exponents `[n1, n2]` of superellipsoids, zero of other shapes.
+    #[getter]
+    fn exponents<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
+        table(py, exponents(&self.bodies))
     }
 
     /// The name of each body's shape, a list.

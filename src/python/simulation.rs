@@ -697,6 +697,12 @@ impl PySimulation {
         table(py, self.bodies(py, bodies::sizes)?)
     }
 
+    /// (N, 2): exponents `[n1, n2]` of superellipsoids, zero of other shapes.
+    #[getter]
+    fn exponents<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
+        table(py, self.bodies(py, bodies::exponents)?)
+    }
+
     /// (N,) int32: index into the scene's `group_names`; `relcp.NO_GROUP`, -1, for a body without a group.
     #[getter]
     fn groups<'py>(&self, py: Python<'py>) -> Column<'py, i32> {

@@ -35,6 +35,7 @@ class Superellipsoids(unittest.TestCase):
         kinds = [relcp.Shape.SUPERELLIPSOID, relcp.Shape.SUPERELLIPSOID, relcp.Shape.SPHERE]
         np.testing.assert_array_equal(simulation.shapes, [kinds[i % 3] for i in range(8)])
         np.testing.assert_array_equal(simulation.sizes[:2], [[0.5, 0.5, 0.5], [0.3, 0.4, 0.8]])
+        np.testing.assert_array_equal(simulation.exponents, [[[8, 8], [6, 3], [0, 0]][i % 3] for i in range(8)])
         # A corner is where x = y = z: 3 (x / a)^8 = 1.
         self.assertAlmostEqual(simulation.lengths[0], 2 * 0.5 * 3 ** (0.5 - 1 / 8), places=12)
 
@@ -48,11 +49,37 @@ class Superellipsoids(unittest.TestCase):
         np.testing.assert_array_equal(broken.orientations, whole.orientations)
         self.assertGreater(len(whole.contacts(1e-3)), 3)
 
+    def test_forces_and_rules_see_exponents(self):
+        seen = []
+
+        def force(bodies):
+            seen.append(bodies.exponents)
+            return -bodies.positions
+
+        simulation = relcp.Simulation(crowd())
+        simulation.add_force(force)
+        simulation.step(1)
+        np.testing.assert_array_equal(seen[0], simulation.exponents)
+
+    def test_many_are_added_from_arrays(self):
+        simulation = relcp.Simulation(crowd())
+        radii, exponents = np.linspace(0.2, 0.4, 15).reshape(5, 3), np.linspace(2, 10, 10).reshape(5, 2)
+        simulation.add(
+            [
+                {"shape": {"superellipsoid": {"radii": r.tolist(), "exponents": n.tolist()}}, "position": [3 * i, 9, 9]}
+                for i, (r, n) in enumerate(zip(radii, exponents))
+            ]
+        )
+        np.testing.assert_array_equal(simulation.sizes[-5:], radii)
+        np.testing.assert_array_equal(simulation.exponents[-5:], exponents)
+        self.assertLess(simulation.step(3).max_overlap, 1e-5)
+
     def test_bodies_are_added(self):
         simulation = relcp.Simulation(crowd())
         simulation.add([{"shape": BRICK, "position": [9, 9, 9]}])
         self.assertEqual(simulation.shapes[-1], relcp.Shape.SUPERELLIPSOID)
         np.testing.assert_array_equal(simulation.sizes[-1], [0.3, 0.4, 0.8])
+        np.testing.assert_array_equal(simulation.exponents[-1], [6, 3])
         self.assertLess(simulation.step(3).max_overlap, 1e-5)
 
     def test_a_run_is_read_back(self):
@@ -63,6 +90,7 @@ class Superellipsoids(unittest.TestCase):
             simulation.run()
             np.testing.assert_array_equal(last.positions, simulation.positions)
             np.testing.assert_array_equal(last.shapes, simulation.shapes)
+            np.testing.assert_array_equal(last.exponents, simulation.exponents)
             self.assertEqual(last.shape_labels[:3], ["superellipsoid", "superellipsoid", "sphere"])
 
     def test_what_is_refused_names_the_key(self):

@@ -525,6 +525,10 @@ class Bodies:
         """(N, 3): radius; diameter, length; three radii; major and minor radius; zero where a shape has none."""
 
     @property
+    def exponents(self) -> _Floats:
+        """(N, 2): exponents [n1, n2] of superellipsoids, zero of other shapes."""
+
+    @property
     def groups(self) -> npt.NDArray[np.int32]:
         """(N,): index into the scene's `group_names`, or NO_GROUP."""
 
@@ -949,6 +953,8 @@ class Cells:
     @property
     def sizes(self) -> _Floats: ...
     @property
+    def exponents(self) -> _Floats: ...
+    @property
     def shapes(self) -> npt.NDArray[np.uint32]: ...
     @property
     def ids(self) -> npt.NDArray[np.int64]: ...
@@ -1162,6 +1168,10 @@ class Simulation:
     @property
     def sizes(self) -> _Floats:
         """(N, 3): radius; diameter, length; three radii; major and minor radius; zero where a shape has none."""
+
+    @property
+    def exponents(self) -> _Floats:
+        """(N, 2): exponents [n1, n2] of superellipsoids, zero of other shapes."""
 
     @property
     def groups(self) -> npt.NDArray[np.int32]:

@@ -2,7 +2,7 @@
 
 _SEEN = (
     "time", "positions", "orientations", "axes", "velocities", "angular_velocities", "lengths", "shapes", "sizes",
-    "ids", "parents", "births", "generations",
+    "exponents", "ids", "parents", "births", "generations",
 )  # fmt: skip
 
 
@@ -11,8 +11,8 @@ class Cells:
 
     `rates`, `division_lengths` and `groups` may be set, in place or as a whole; `cells["name"]` is a column of your own,
     which daughters inherit and states hold. All else is read-only: `time`, `positions`, `orientations`, `axes`,
-    `velocities`, `angular_velocities`, `lengths`, `shapes`, `sizes`, `ids`, `parents`, `births`, `generations`,
-    `ages` and `pressures`.
+    `velocities`, `angular_velocities`, `lengths`, `shapes`, `sizes`, `exponents`, `ids`, `parents`, `births`,
+    `generations`, `ages` and `pressures`.
     """
 
     __slots__ = ("_bodies", "_columns", "group_names", "rates", "division_lengths", "groups")
