@@ -17,7 +17,7 @@ const NAMED: [(&str, &[&str]); 12] = [
         ],
     ),
     ("Shape::Superellipsoid", &["shape/mod.rs", "shape/code.rs", "dynamics/drag/fluid.rs"]),
-    ("Tag::Torus", &["shape/code.rs", "separation/gpu.rs", "render/rays.rs"]),
+    ("Tag::Torus", &["export/classes.rs", "shape/code.rs", "separation/gpu.rs", "render/rays.rs"]),
     (
         "Geometry::Ellipsoid",
         &[
