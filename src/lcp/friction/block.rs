@@ -19,8 +19,9 @@ use super::cone::{Triple, contains, dot, dual_contains, project};
 /// Most rounds of Newton's method, which takes 2 to 6. An inexact answer would do.
 pub(in crate::lcp) const MOST_ROUNDS: usize = 30;
 
-/// A round that changes the multiplier by a smaller part is the last.
-pub(in crate::lcp) const CONVERGED: f64 = 1e-8;
+/// A round that changes the multiplier by a smaller part is the last. Rounds converge quadratically, so about the square
+/// of it is left. A pile took 5.2 s with 1e-4, 6.1 s with 1e-8 and 5.1 s with 1e-2, and as many iterations.
+pub(in crate::lcp) const CONVERGED: f64 = 1e-4;
 
 /// Rounds of Jacobi's method for the eigenvectors, far more than it takes.
 pub(in crate::lcp) const MOST_SWEEPS: usize = 20;
@@ -108,9 +109,10 @@ impl Block {
         let slope_of_bound = if first { p } else { 1.0 };
         for _ in 0..MOST_ROUNDS {
             let (d1, d2) = if first { (1.0 + l * a1, 1.0 + l * a2) } else { (l + a1, l + a2) };
-            let (q1, q2) = (b1 / (d1 * d1), b2 / (d2 * d2));
+            let (e1, e2) = (d1.recip(), d2.recip());
+            let (q1, q2) = (b1 * (e1 * e1), b2 * (e2 * e2));
             let root = (q1 + q2).sqrt().recip();
-            let (r1, r2) = if first { (a1 / d1, a2 / d2) } else { (d1.recip(), d2.recip()) };
+            let (r1, r2) = if first { (a1 * e1, a2 * e2) } else { (e1, e2) };
             let slope = top * root * root * root * (q1 * r1 + q2 * r2) + slope_of_bound;
             let step = (limit - l * slope_of_bound - top * root) / slope;
             l += step.max(0.0);
