@@ -194,6 +194,9 @@ pub(super) enum CliError {
     #[error("{0}")]
     Usage(String),
     #[error("{message}")]
+    #[diagnostic(help("to start a run with the last state that can be read: {command}"))]
+    Damaged { message: String, command: String },
+    #[error("{message}")]
     #[diagnostic(help("to continue it as it was started: {command}"))]
     OtherSettings { message: String, command: String },
     #[error(transparent)]
@@ -224,7 +227,7 @@ impl CliError {
             CliError::Batch(error) => error.into(),
             CliError::Device(_) => Exit::Device,
             CliError::Start(_) | CliError::Usage(_) | CliError::OtherSettings { .. } => Exit::Usage,
-            CliError::Output(_) => Exit::File,
+            CliError::Output(_) | CliError::Damaged { .. } => Exit::File,
         }
     }
 }

@@ -5,7 +5,7 @@ use super::exit::CliError;
 use super::run::{RUNS, settle};
 use super::{compiling, driver, output};
 use relcp::record::{EarlierRun, EarlierState, Folder, RecordError, differing_keys, scene_hash};
-use relcp::run::Run;
+use relcp::run::{Run, RunError};
 use relcp::scene::{BuiltIn, NO_OVERRIDES, Scene};
 use std::path::Path;
 
@@ -28,11 +28,17 @@ pub(super) fn resume(arguments: &Arguments) -> Result<Run, CliError> {
     };
     driver::compute_alone(&arguments.compute, &scene, arguments.scene.as_deref());
     let compute = settle(arguments, &scene)?;
+    let anew = format!("relcp run --from {}", output::argument(folder.path()));
     let resume = || match arguments.until {
         Some(until) => Run::resume_until(scene, folder, until, &compute),
         None => Run::resume(scene, folder, &compute),
     };
-    Ok(compiling::watch(&compute, arguments.print.quiet, resume)?)
+    compiling::watch(&compute, arguments.print.quiet, resume).map_err(|error| match error {
+        RunError::Record(damage) if damage.is_damage() => {
+            CliError::Damaged { message: damage.to_string(), command: anew }
+        }
+        error => error.into(),
+    })
 }
 
 /// The newest unfinished run in `runs`; with `--until`, finished runs count too.

@@ -41,6 +41,11 @@ impl Strain {
         self.cell.shear
     }
 
+    /// Whether a length of the cell shrinks.
+    pub fn shrinks(&self) -> bool {
+        self.cell.strain_rate.is_some_and(|rates| rates.iter().any(|rate| *rate < 0.0))
+    }
+
     /// The velocity of the flow at a place, where the lengths change at these rates.
     pub fn velocity(&self, x: DVec3, rates: DVec3) -> DVec3 {
         self.cell.shear.map_or(rates * x, |shear| shear.velocity(x))

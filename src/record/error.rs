@@ -170,6 +170,11 @@ pub enum RecordError {
 }
 
 impl RecordError {
+    /// Whether a file of a run is damaged.
+    pub fn is_damage(&self) -> bool {
+        matches!(self, RecordError::State { .. } | RecordError::Mangled { .. })
+    }
+
     /// An error of the system at a file during an action.
     pub fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> RecordError {
         let path = path.to_owned();

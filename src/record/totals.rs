@@ -256,6 +256,11 @@ impl Totals {
         self.wall.total += wall.as_secs_f64();
     }
 
+    /// Adds the time of a step that failed, which has no phases.
+    pub(crate) fn add_failed(&mut self, wall: Duration) {
+        self.wall.total += wall.as_secs_f64();
+    }
+
     /// Notes that a simulation takes the steps from here on.
     pub(crate) fn taken_up_by(&mut self, simulation: &Simulation) {
         let leg = Leg::of(simulation);

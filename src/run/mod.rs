@@ -212,6 +212,7 @@ impl Run {
             // A failed device has no state: the last checkpoint remains.
             Err(fault @ (Fault::Device(_) | Fault::Processes(_))) => return Err(fault.into()),
             Err(fault) => {
+                self.totals.add_failed(begun.elapsed());
                 self.stopped = Some(self.close(RunStatus::Stopped, Some(&fault))?);
                 return Err(fault.into());
             }

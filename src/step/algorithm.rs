@@ -8,7 +8,7 @@ use super::accuracy::Accuracy;
 use super::surplus::{self, LEAST_ROWS};
 use super::two_sided::{Caught, GAP, MOST_TILTS, Sides};
 use super::{ContactSettings, Fault, Hindrance, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
-use crate::dynamics::{Cells, OnNoRoom};
+use crate::dynamics::{Cells, OnNoRoom, Strain};
 use crate::lcp::{Outcome, Status};
 use crate::step::{Guard, Overlap, Verbs};
 
@@ -68,7 +68,9 @@ pub struct Plan {
     pub(super) over_corrects: bool,
     /// Whether bonds or joints keep a length or an angle exactly.
     pub(super) has_rigid_bonds: bool,
-    /// Whether walls move or bear a load.
+    /// Whether bonds have a bending stiffness and a length that load may take from them.
+    pub(super) has_bending_bonds: bool,
+    /// Whether walls move or bear a load, or the cell shrinks.
     pub(super) may_squeeze: bool,
     /// Whether the least bad trial of an attempt is kept.
     pub(super) keeps_least_bad: bool,
@@ -95,18 +97,20 @@ impl Plan {
             most_tightenings: most_tightenings(model),
             over_corrects: surplus::over_corrects(model),
             has_rigid_bonds: model.bonds.keep_something(),
-            may_squeeze: model.walls.move_in_time(),
+            has_bending_bonds: model.bonds.bend_softly(),
+            may_squeeze: model.walls.move_in_time() || model.strain.as_ref().is_some_and(Strain::shrinks),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
             may_accept_the_least_bad: model.friction.is_none() && model.bonds.first_implicit().is_none(),
         }
     }
 
-    /// What may keep bodies from parting: walls that close before bonds that are rigid.
+    /// What may keep bodies from parting: walls that close before bonds, and those that bend before those that are rigid.
     pub(super) fn hindrance(&self) -> Hindrance {
-        match (self.may_squeeze, self.has_rigid_bonds) {
-            (true, _) => Hindrance::Walls,
-            (false, true) => Hindrance::RigidBonds,
-            (false, false) => Hindrance::Nothing,
+        match self {
+            Plan { may_squeeze: true, .. } => Hindrance::Walls,
+            Plan { has_bending_bonds: true, .. } => Hindrance::BendingBonds,
+            Plan { has_rigid_bonds: true, .. } => Hindrance::RigidBonds,
+            _ => Hindrance::Nothing,
         }
     }
 

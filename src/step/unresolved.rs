@@ -59,7 +59,9 @@ pub enum Hindrance {
     Nothing,
     /// Bonds or joints that keep a length or an angle exactly.
     RigidBonds,
-    /// Walls that move or bear a load: they may leave no room.
+    /// Bonds with bending that load may press to nothing.
+    BendingBonds,
+    /// Walls that move or bear a load, or a cell that shrinks: they may leave no room.
     Walls,
 }
 
@@ -109,8 +111,16 @@ impl Unresolved {
                  growth.on_no_room = \"stall\""
             }
             "overlap" if self.hindrance == Hindrance::Walls => {
-                "where the walls leave the bodies no room, they are jammed: end the motion earlier, or push with a load; \
-                 else use a smaller time.dt"
+                "where walls or a shrinking cell leave the bodies no room, they are jammed: end the motion earlier, or \
+                 push with a load; else use a smaller time.dt"
+            }
+            "overlap" | "bond" if self.hindrance == Hindrance::BendingBonds => {
+                "use a smaller time.dt; a soft bond with bending that load presses to nothing has no direction: make it \
+                 stiffer or longer"
+            }
+            "overlap" if self.may_be_accepted => {
+                "use a smaller time.dt; bodies that are jammed need more room; or accept and count such steps with \
+                 contact.on_failure = \"continue\""
             }
             _ if self.may_be_accepted => {
                 "use a smaller time.dt, or accept and count such steps with contact.on_failure = \"continue\""
@@ -119,6 +129,7 @@ impl Unresolved {
             "overlap" if self.hindrance == Hindrance::RigidBonds => {
                 "use a smaller time.dt; joined bodies need room to turn, or \"contact\": false in their bond or joint"
             }
+            "overlap" => "use a smaller time.dt; bodies that are jammed need more room",
             _ => "use a smaller time.dt",
         }
     }
@@ -212,7 +223,11 @@ mod tests {
         let joined =
             Unresolved { may_be_accepted: false, hindrance: Hindrance::RigidBonds, ..unresolved(Some([4, 7]), None) };
         assert!(joined.remedy().contains("need room to turn"));
-        assert_eq!(Unresolved { hindrance: Hindrance::Nothing, ..joined }.remedy(), "use a smaller time.dt");
+        let bent = Unresolved { hindrance: Hindrance::BendingBonds, ..joined };
+        assert!(bent.remedy().contains("stiffer or longer"));
+        assert!(Unresolved { hindrance: Hindrance::Nothing, ..joined }.remedy().ends_with("need more room"));
+        let off = Unresolved { overlap: 0.0, residual: 1e-3, hindrance: Hindrance::Nothing, ..joined };
+        assert_eq!(off.remedy(), "use a smaller time.dt");
     }
 
     #[test]

@@ -78,3 +78,18 @@ fn a_file_that_cannot_grow_is_a_message_and_ends_with_a_whole_row() {
     let columns = rows.lines().next().unwrap().split(',').count();
     assert!(rows.ends_with('\n') && rows.lines().all(|row| row.split(',').count() == columns), "{rows}");
 }
+
+#[test]
+fn a_run_whose_checkpoints_are_damaged_is_refused_with_the_command_that_starts_from_its_last_state() {
+    let place = Place::new();
+    stopped(&place, &["--set", "name=cut"]);
+    for name in ["checkpoint.npz", "checkpoint.previous.npz"] {
+        let file = place.at(&format!("runs/cut/{name}"));
+        if let Ok(bytes) = fs::read(&file) {
+            fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+        }
+    }
+    let err = place.relcp(&["run", "--resume", "--out", "runs/cut"]).expect(4).err;
+    assert!(err.contains("truncated") && err.contains("relcp run --from runs/cut"), "{err}");
+    place.relcp(&["run", "--from", "runs/cut", "--quiet"]).expect(0);
+}

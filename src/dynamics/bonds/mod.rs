@@ -227,6 +227,11 @@ impl Bonds {
         self.list[bond].is_rigid() || self.turning[bond].is_some_and(|turning| turning.stiffness.is_infinite())
     }
 
+    /// Whether any has a bending stiffness and a length that load may take from it.
+    pub fn bend_softly(&self) -> bool {
+        self.list.iter().zip(&self.turning).any(|(bond, turn)| turn.is_some() && bond.length > 0.0 && !bond.is_rigid())
+    }
+
     /// The first bond that is implicit.
     pub fn first_implicit(&self) -> Option<usize> {
         (0..self.list.len()).find(|bond| self.is_implicit(*bond))

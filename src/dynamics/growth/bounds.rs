@@ -13,16 +13,21 @@ impl Growth {
     ///
     /// A sizer's is its own. An adder's cell is born with at most the mean of its mother's length at birth and of what
     /// she adds, so with no more than the greater of `start` and that. A timer's cells have no bound: each cycle
-    /// multiplies the length by up to `e^(rate time) / 2`.
+    /// multiplies the length by up to `e^(rate time) / 2`, and the longest cycles make the longest cells. A cell that is
+    /// overdue is shorter than two halves may be.
     pub fn longest_division(&self, start: f64, thickness: f64, (dt, duration): (f64, f64)) -> f64 {
-        let [least, most] = self.targets();
+        let [_, most] = self.targets();
         match self.rule {
             DivisionRule::Sizer => most,
             DivisionRule::Adder => start.max(most) + most,
             DivisionRule::Timer => {
-                let cycle = (self.fastest_rate() * (most + dt)).exp();
-                let cycles = (duration / least).ceil().clamp(0.0, MOST_CYCLES);
-                start.max(2.0 * thickness) * cycle * (0.5 * cycle).max(1.0).powf(cycles)
+                let cycle = most + dt;
+                let whole = (duration / cycle).floor().max(0.0);
+                // In the cycle after so many divisions, at its end or at that of the run.
+                let after = |divisions: f64| {
+                    (self.fastest_rate() * duration.min((divisions + 1.0) * cycle) - divisions * LN_2).exp()
+                };
+                start.max(2.0 * thickness) * after(0.0).max(after((whole - 1.0).max(0.0))).max(after(whole))
             }
         }
     }
@@ -49,6 +54,43 @@ impl Growth {
             DivisionRule::Sizer => ((stretch / LN_2 + (start / least).log2()).floor() + 1.0).max(0.0).exp2(),
             DivisionRule::Adder => (start / start.min(least) * stretch.exp()).floor().max(1.0),
             DivisionRule::Timer => ((duration / least).floor() + 1.0).clamp(0.0, MOST_CYCLES).exp2(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn no_lineage_of_a_timer_is_longer_and_its_longest_cycles_nearly_are() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let (start, thickness, dt) = (1.2, 0.7, 0.01);
+        for case in 0..40 {
+            let noise = 0.9 * rng.random::<f64>();
+            let (time, duration) = (0.4 + rng.random::<f64>(), 8.0 * rng.random::<f64>());
+            let growth = Growth { division_time_noise: noise, ..Growth::timer(0.9, time) };
+            let bound = growth.longest_division(start, thickness, (dt, duration));
+            let [least, most] = growth.targets();
+            let mut longest = start;
+            for lineage in 0..400 {
+                let (mut length, mut age, mut now) = (start, 0.0, 0.0);
+                let mut draw = || if lineage == 0 { most } else { least + (most - least) * rng.random::<f64>() };
+                let mut division = draw();
+                while now < duration {
+                    (now, age, length) = (now + dt, age + dt, length * f64::exp(0.9 * dt));
+                    longest = f64::max(longest, length);
+                    if age >= division && 0.5 * length >= thickness {
+                        (age, length, division) = (0.0, 0.5 * length, draw());
+                    }
+                }
+            }
+            let in_a_step = f64::exp(0.9 * dt);
+            assert!(longest <= bound * in_a_step, "{case}: {longest} {bound}");
+            // The bound begins with twice the thickness, which is more than the start here.
+            assert!(bound <= 1.6 * longest, "{case}: {longest} {bound}");
         }
     }
 }

@@ -28,8 +28,8 @@ struct Account {
 }
 
 impl Energy {
-    /// Returns the check if the energy of the scene is known: the scene has inertia, no growth, fixed walls, and forces
-    /// with a linear potential only.
+    /// Returns the check if the energy of the scene is known: the scene has inertia, no growth, walls that stay, and
+    /// forces with a linear potential only.
     pub(super) fn of(scene: &Scene) -> Option<Energy> {
         let Dynamics::Inertial { density, drag: None } = scene.dynamics else { return None };
         let groups = scene.group_names();
@@ -48,7 +48,8 @@ impl Energy {
         };
         let pulls = scene.forces.iter().map(pull).collect::<Option<Vec<Pull>>>()?;
         // Walls that move do work, and bodies that leave take theirs with them.
-        let open = scene.walls.iter().any(|wall| wall.motion().is_some()) || !scene.removal.is_empty();
+        let open = scene.walls.iter().any(|wall| wall.motion().is_some() || wall.load().is_some());
+        let open = open || !scene.removal.is_empty();
         (scene.growth.is_empty() && !open).then_some(Energy { density, pulls, account: None })
     }
 
