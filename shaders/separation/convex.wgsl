@@ -1,8 +1,21 @@
 // A superellipsoid with another, or with an ellipsoid: the largest n . delta - h_a(n) - h_b(n) over unit normals (see
 // flat.wgsl). The search starts at the warm normal or at the direction between the centres. If the maximum is so deep
-// that it may not be unique, it also starts from fixed normals of both bodies.
+// that it may not be unique, it also starts from fixed normals of both bodies, of two superellipsoids also from those
+// across an axis of each.
 //
 // Degenerate cases: concentric bodies (the start is the x of space); equal maxima (the first in the order of starts).
+
+// The starts across an axis of each body.
+const CROSSINGS: u32 = 18u;
+
+fn axis_of(body: Posed, k: u32) -> vec3r {
+    return select(select(body.axes[0], body.axes[1], k == 1u), body.axes[2], k == 2u);
+}
+
+fn crossing(a: Posed, b: Posed, k: u32) -> vec3r {
+    let normal = unit_or(cross(axis_of(a, k % 3u), axis_of(b, k / 3u % 3u)), vec3r());
+    return select(normal, -normal, k >= CROSSINGS / 2u);
+}
 
 fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
     if a.kind == ELLIPSOID { return false; }
@@ -22,10 +35,14 @@ fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separa
     var start = unit_or(warm, between);
     var found: Peak;
     var best: Peak;
-    // The first, then those along the axes of both, the one between, and those at the edges of both.
-    for (var i = 0u; i <= 2u * STARTS + 1u; i += 1u) {
+    let crossings = select(0u, CROSSINGS, a.kind != ELLIPSOID && b.kind != ELLIPSOID);
+    // The first, then those along the axes of both, the one between, those at the edges of both, and across both.
+    for (var i = 0u; i <= 2u * STARTS + 1u + crossings; i += 1u) {
         if i == 2u * AROUND + 1u {
             start = between;
+        } else if i > 2u * STARTS + 1u {
+            start = crossing(body_a, body_b, i - 2u * STARTS - 2u);
+            if dot(start, start) == 0.0 { continue; }
         } else if i > 0u {
             let k = i - select(1u, 2u, i > 2u * AROUND);
             let number = k % AROUND + select(0u, AROUND, k >= STARTS);

@@ -1,7 +1,7 @@
 // The climb to the largest f(n) = n . delta - h_a(n) - h_b(n) over unit normals, for bodies that are flat in places, as
 // in src/separation/flat.rs: a step tries Newton's normal, and those that the bodies have at the points that Newton's
 // step moves to. At the end the points are moved to where they meet along the normal, those of each body by how flat
-// it is.
+// it is; where that is not on the surfaces, by the shares of the gap that are.
 //
 // In 32 bits the rounding of a normal moves the point of a flat place of exponent 10 by a sixth of its size, and hides
 // where the points would meet. So a step is shortened while the slope shows that its normals may gain, and if none
@@ -16,6 +16,8 @@ const LONGEST_STEP: real = 1.0;
 const SHORTEN: real = 0.25;
 // How far off the surface a point may be moved to meet the other, as a part of the way to it.
 const OFF: real = 1e-4;
+// The shares of the gap between the points that the second one's is moved by.
+const SHARES: u32 = 5u;
 // Points this far from each other across the normal, as a part of the sizes, are far.
 const FAR_GAP: real = 1e-4;
 // The normals along the gap that are tried.
@@ -125,9 +127,15 @@ fn normal_through(body: Posed, point: vec3r, otherwise: vec3r) -> vec3r {
     return unit_or(body.axes * gauge_of(body.norm, point * body.axes).normal, otherwise);
 }
 
+// How far a point is off a body's surface, as a part of the way to it.
+fn off_surface(body: Posed, point: vec3r) -> real {
+    if !has_size(body) { return real(0.0); }
+    return abs(gauge_of(body.norm, point * body.axes).part - 1.0);
+}
+
 // Whether a point is on a body's surface.
 fn is_on(body: Posed, point: vec3r) -> bool {
-    return !has_size(body) || abs(gauge_of(body.norm, point * body.axes).part - 1.0) <= OFF;
+    return off_surface(body, point) <= OFF;
 }
 
 fn gap_across(delta: vec3r, peak: Peak) -> vec3r {
@@ -208,7 +216,25 @@ fn met(a: Posed, b: Posed, peak: Peak, gap: vec3r, at: Hessians) -> Peak {
     let point_a = peak.point_a + (gap - move_b);
     let point_b = peak.point_b + move_b;
     if is_on(a, point_a) && is_on(b, point_b) { return Peak(peak.normal, peak.value, point_a, point_b); }
-    return peak;
+    return met_by_shares(a, b, peak, gap);
+}
+
+// The peak with its points moved by the shares of the gap that leave them nearest to the surfaces, if on them.
+fn met_by_shares(a: Posed, b: Posed, peak: Peak, gap: vec3r) -> Peak {
+    var best = peak;
+    var least = OFF;
+    for (var k = 0u; k < select(1u, SHARES, has_size(b)); k += 1u) {
+        // Half first, then a quarter to each side, then all.
+        let share = vec3r(0.5, 0.25, 0.0)[(k + 1u) / 2u];
+        let of_b = select(real(0.0), select(share, 1.0 - share, k % 2u == 0u), has_size(b));
+        let moved = Peak(peak.normal, peak.value, peak.point_a + gap * (1.0 - of_b), peak.point_b + gap * of_b);
+        let off = max(off_surface(a, moved.point_a), off_surface(b, moved.point_b));
+        if off < least {
+            least = off;
+            best = moved;
+        }
+    }
+    return best;
 }
 
 // A fixed start of a body: towards a side, an edge or a corner of a cube along its axes; then the normals at its own

@@ -17,6 +17,8 @@ struct Candidate {
 }
 
 // As `climb`, for one body and only over normals at right angles to the unit vector `axis`, of which `start` is one.
+// The normal half way between two slopes of opposite signs is tried, too: beside a segment that is parallel to a flat
+// place the others may go back and forth across it.
 fn climb_across(delta: vec3r, body: Posed, axis: vec3r, start: vec3r) -> Peak {
     let size = length(delta) + body.norm.size;
     let point = at_a_point();
@@ -26,6 +28,8 @@ fn climb_across(delta: vec3r, body: Posed, axis: vec3r, start: vec3r) -> Peak {
     var slope = real(0.0);
     var step = real(0.0);
     var is_new = true;
+    var rising = vec3r();
+    var falling = vec3r();
     for (var round = 0u; round < PEAK_ROUNDS; round += 1u) {
         if is_new {
             along = cross(axis, peak.normal);
@@ -34,21 +38,30 @@ fn climb_across(delta: vec3r, body: Posed, axis: vec3r, start: vec3r) -> Peak {
             let u = along * body.axes;
             bend = vec2r(bend_along(bends, u, u), bend_along(bends, u, axis * body.axes));
             if abs(slope) <= GRADIENT_FLOOR * size { break; }
+            if slope > 0.0 { rising = peak.normal; } else { falling = peak.normal; }
             let whole = peak.value + bend.x;
             step = select(sign(slope) * LONGEST_STEP, slope / whole, whole > 0.0);
             step = clamp(step, -LONGEST_STEP, LONGEST_STEP);
         }
         var best = peak;
         var gain = real(0.0);
-        for (var k = 0u; k < 2u; k += 1u) {
+        let is_between = dot(rising, rising) > 0.0 && dot(falling, falling) > 0.0;
+        for (var k = 0u; k < select(2u, 3u, is_between); k += 1u) {
             var normal = normalize(peak.normal + along * step);
+            if k == 2u { normal = unit_or(rising + falling, normal); }
             if k == 1u {
                 let through = normal_through(body, peak.point_a + (along * bend.x + axis * bend.y) * step, normal);
                 normal = unit_or(through - axis * dot(axis, through), normal);
             }
             let tried = peak_at(delta, body, point, normal);
             if tried.value > best.value { best = tried; }
-            gain = max(gain, slope * dot(along, normal));
+            if k < 2u {
+                gain = max(gain, slope * dot(along, normal));
+            } else if dot(cross(axis, normal), delta - tried.point_a) > 0.0 {
+                rising = normal;
+            } else {
+                falling = normal;
+            }
         }
         is_new = best.value > peak.value + GAIN * size;
         if is_new {

@@ -8,7 +8,8 @@
 //! alone were 46, and 11 pairs took more than 400.
 //!
 //! A point on a flat place changes with its normal like a root, by 1e-2 of the size with the rounding of a normal. At
-//! the end the points are moved to where they meet along the normal, those of each body by how flat it is.
+//! the end the points are moved to where they meet along the normal, those of each body by how flat it is; where that
+//! is not on the surfaces, by the shares of the gap that are.
 
 use super::peak::{GRADIENT_FLOOR, LONGEST_STEP, MAX_STEPS, Peak, SHORTEN, Supporting, VALUE_FLOOR, newton_step};
 use glam::DVec3;
@@ -18,6 +19,8 @@ const GAIN: f64 = 1e-16;
 /// How far off the surface a point may be moved to meet the other, as a part of the way to it: at 0.3 from the middle
 /// of a face of exponent 10 the surface is 1e-6 lower.
 const OFF: f64 = 1e-4;
+/// The shares of the gap between the points of two bodies that the second one's is moved by.
+const SHARES: [f64; 5] = [0.5, 0.25, 0.75, 0.0, 1.0];
 
 type Basis = (DVec3, DVec3);
 type Hessian = (f64, f64, f64);
@@ -72,16 +75,35 @@ fn advance<const N: usize>(
     }
 }
 
+/// The normal half way between two at which the slope has opposite signs, which takes the place of one of them.
+fn halved(
+    between: &mut [Option<DVec3>; 2],
+    at: impl Fn(DVec3) -> Peak<1>,
+    slope_of: impl Fn(&Peak<1>) -> f64,
+) -> Option<Peak<1>> {
+    let [rising, falling] = *between;
+    let middle = at((rising? + falling?).try_normalize()?);
+    between[usize::from(slope_of(&middle) < 0.0)] = Some(middle.normal);
+    Some(middle)
+}
+
 /// As [`climb`], for one body and only over normals at right angles to the unit vector `axis`, of which `start` is one.
+///
+/// Beside a segment that is parallel to a flat place, both normals that a step tries may go back and forth across it, in
+/// one of some thousands of degenerate poses to an end 6e-7 of the size too low after 400 steps. So the one half way
+/// between two slopes of opposite signs is tried, too.
 pub(super) fn climb_across(delta: DVec3, body: impl Supporting, axis: DVec3, start: DVec3) -> Peak<1> {
     let size = delta.length() + body.size();
     let slope_of = |peak: &Peak<1>| axis.cross(peak.normal).dot(delta - peak.points[0]);
     let mut peak = Peak::at(delta, &[body], start);
+    let mut between = [None; 2];
     'steps: for _ in 0..MAX_STEPS {
         let (along, slope) = (axis.cross(peak.normal), slope_of(&peak));
         if slope.abs() <= GRADIENT_FLOOR * size {
             break;
         }
+        between[usize::from(slope < 0.0)] = Some(peak.normal);
+        let middle = halved(&mut between, |n| Peak::at(delta, &[body], n), slope_of);
         let h = body.hessian(peak.normal, peak.heights[0], (along, axis));
         let bend = peak.value + h.0;
         let newton = if bend > 0.0 { slope / bend } else { LONGEST_STEP.copysign(slope) };
@@ -93,6 +115,7 @@ pub(super) fn climb_across(delta: DVec3, body: impl Supporting, axis: DVec3, sta
             if let Some(normal) = body.gauge(moved).and_then(|(_, normal)| across(normal)) {
                 best = best.or(Peak::at(delta, &[body], normal));
             }
+            best = middle.map_or(best, |middle| best.or(middle));
             if best.value > peak.value + GAIN * size {
                 peak = best;
                 break;
@@ -145,15 +168,32 @@ impl<const N: usize> Peak<N> {
         let (s1, s2) = ((h22 * g1 - h12 * g2) / determinant, (h11 * g2 - h12 * g1) / determinant);
         let mut moves = hessians.map(|h| e1 * (h.0 * s1 + h.1 * s2) + e2 * (h.1 * s1 + h.2 * s2));
         // What rounding leaves is the first one's.
-        moves[0] = e1 * g1 + e2 * g2 - moves[1..].iter().sum::<DVec3>();
+        let gap = e1 * g1 + e2 * g2;
+        moves[0] = gap - moves[1..].iter().sum::<DVec3>();
         let is_near = |i: usize| {
             let (h, moved) = (hessians[i], moves[i]);
             // Of an ellipsoid by its curvature.
             let lower = 0.5 * (h.0 * s1 * s1 + 2.0 * h.1 * s1 * s2 + h.2 * s2 * s2);
             is_on(bodies[i], self.points[i] + moved) || !bodies[i].is_flat() && lower <= OFF * bodies[i].size()
         };
-        if (0..N).all(is_near) {
+        let moves = if (0..N).all(is_near) { Some(moves) } else { self.shared(gap, bodies) };
+        if let Some(moves) = moves {
             self.points.iter_mut().zip(moves).for_each(|(point, moved)| *point += moved);
         }
+    }
+
+    /// The moves by the shares of a gap that leave the points nearest to the surfaces, if they are on them.
+    fn shared(&self, gap: DVec3, bodies: &[impl Supporting; N]) -> Option<[DVec3; N]> {
+        let off = |i: usize, moved: DVec3| match bodies[i].gauge(self.points[i] + moved) {
+            Some((part, _)) => (part - 1.0).abs(),
+            None if moved == DVec3::ZERO => 0.0,
+            None => f64::INFINITY,
+        };
+        let tried = SHARES.map(|share| {
+            let moves: [DVec3; N] = std::array::from_fn(|i| gap * if i == 0 { 1.0 - share } else { share });
+            (moves.iter().enumerate().map(|(i, moved)| off(i, *moved)).fold(0.0, f64::max), moves)
+        });
+        let (least, moves) = tried.into_iter().reduce(|best, next| if next.0 < best.0 { next } else { best })?;
+        (N == 2 && least <= OFF).then_some(moves)
     }
 }

@@ -11,7 +11,13 @@
 //! The source is in `shaders/separation/`. It follows the CPU in every degenerate case; its tolerances are functions of
 //! the number type.
 
-use crate::gpu::{Fragment, Precision, Source, fragment};
+mod fragments;
+mod tolerances;
+
+pub(crate) use fragments::{add_climb_to, add_minima_of_circle_and_ellipsoid_to, add_minima_of_circles_to};
+pub(crate) use tolerances::add_tolerances_to;
+
+use crate::gpu::{Source, fragment};
 pub use crate::shape::gpu::Exponents;
 use crate::shape::gpu::add_tags_to;
 use crate::shape::{Shape, Tag};
@@ -155,104 +161,6 @@ impl PairFamilies {
         [first, second].contains(&Family::Superellipsoid)
     }
 
-    /// Adds `separate` and `is_of_families` for this pair of families; `planar` for bodies that cannot leave the plane.
-    #[must_use]
-    pub fn add_to(self, source: Source, planar: bool) -> Source {
-        let mut source = add_tolerances_to(add_bodies_to(source));
-        if self == PairFamilies::Circles {
-            source = add_minima_of_circles_to(source.include(fragment!("separation/nearest.wgsl")));
-        }
-        if self == PairFamilies::CircleEllipsoid {
-            let circles = add_minima_of_circles_to(source.include(fragment!("separation/nearest.wgsl")));
-            source = add_minima_of_circle_and_ellipsoid_to(circles);
-        }
-        if self.has_superellipsoids() {
-            source = add_climb_to(source);
-        }
-        for fragment in self.fragments().iter().chain(self.entry(planar)) {
-            source = source.include(*fragment);
-        }
-        source.text(&self.test_text())
-    }
-
-    /// The fragments that compute it in space, for a pair in its fixed order.
-    fn fragments(self) -> &'static [Fragment] {
-        match self {
-            PairFamilies::Segments => &[
-                fragment!("separation/nearest.wgsl"),
-                fragment!("separation/order.wgsl"),
-                fragment!("separation/segments.wgsl"),
-                fragment!("separation/entry.wgsl"),
-            ],
-            PairFamilies::CircleSegment => &[
-                fragment!("separation/nearest.wgsl"),
-                fragment!("separation/ring.wgsl"),
-                fragment!("separation/circle_segment_minima.wgsl"),
-                fragment!("separation/circle_segment.wgsl"),
-                fragment!("separation/entry.wgsl"),
-            ],
-            PairFamilies::CircleEllipsoid => {
-                &[fragment!("separation/circle_ellipsoid.wgsl"), fragment!("separation/entry.wgsl")]
-            }
-            PairFamilies::SegmentEllipsoid => &[
-                fragment!("separation/nearest.wgsl"),
-                fragment!("separation/basis.wgsl"),
-                fragment!("separation/support.wgsl"),
-                fragment!("separation/peak.wgsl"),
-                fragment!("separation/point_ellipsoid.wgsl"),
-                fragment!("separation/segment_ellipsoid.wgsl"),
-                fragment!("separation/entry.wgsl"),
-            ],
-            PairFamilies::Circles => &[
-                fragment!("separation/order.wgsl"),
-                fragment!("separation/circles.wgsl"),
-                fragment!("separation/entry.wgsl"),
-            ],
-            PairFamilies::Ellipsoids => &[
-                fragment!("separation/nearest.wgsl"),
-                fragment!("separation/order.wgsl"),
-                fragment!("separation/basis.wgsl"),
-                fragment!("separation/support.wgsl"),
-                fragment!("separation/peak.wgsl"),
-                fragment!("separation/ellipsoids.wgsl"),
-                fragment!("separation/entry.wgsl"),
-            ],
-            PairFamilies::SegmentSuperellipsoid => {
-                &[fragment!("separation/segment_convex.wgsl"), fragment!("separation/entry.wgsl")]
-            }
-            PairFamilies::EllipsoidSuperellipsoid | PairFamilies::Superellipsoids => &[
-                fragment!("separation/order.wgsl"),
-                fragment!("separation/convex.wgsl"),
-                fragment!("separation/entry.wgsl"),
-            ],
-        }
-    }
-
-    /// The fragments with the function `separate`.
-    fn entry(self, planar: bool) -> &'static [Fragment] {
-        match self {
-            // Rings are handled as in space.
-            _ if !planar => &[fragment!("separation/entry_space.wgsl")],
-            PairFamilies::CircleSegment | PairFamilies::CircleEllipsoid | PairFamilies::Circles => {
-                &[fragment!("separation/entry_space.wgsl")]
-            }
-            PairFamilies::Segments => &[
-                fragment!("separation/planar.wgsl"),
-                fragment!("separation/planar_normal.wgsl"),
-                fragment!("separation/planar_segments.wgsl"),
-                fragment!("separation/entry_planar.wgsl"),
-            ],
-            // No scene has these, see `unsupported`.
-            _ if self.has_superellipsoids() => &[fragment!("separation/entry_space.wgsl")],
-            _ => &[
-                fragment!("separation/planar.wgsl"),
-                fragment!("separation/planar_normal.wgsl"),
-                fragment!("separation/planar_outlines.wgsl"),
-                fragment!("separation/entry_planar.wgsl"),
-            ],
-        }
-    }
-
     /// The text of the function `is_of_families`.
     fn test_text(self) -> String {
         let (first, second) = self.families();
@@ -263,15 +171,6 @@ impl PairFamilies {
         }
         format!("fn is_of_families(kind_a: u32, kind_b: u32) -> bool {{\n    return {test};\n}}\n")
     }
-}
-
-/// Adds the climb of bodies that are flat in places, to a source with tolerances and superellipsoids.
-pub(crate) fn add_climb_to(source: Source) -> Source {
-    // A gain, as a fraction of the sizes, that counts.
-    let gain = GAIN_IN_ROUNDINGS * source.precision().epsilon();
-    let fragments =
-        [fragment!("separation/nearest.wgsl"), fragment!("separation/basis.wgsl"), fragment!("separation/flat.wgsl")];
-    fragments.into_iter().fold(source.real("GAIN", gain), Source::include)
 }
 
 /// What of shapes that bodies have no kernel computes.
@@ -291,65 +190,6 @@ pub(crate) fn unsupported(shapes: impl Iterator<Item = Shape>, planar: bool) -> 
     Some(format!("pairs of a {a} and a {b}"))
 }
 
-/// Adds the tolerances, each a number of roundings, but at least the CPU's tolerance for 64 bits.
-pub(crate) fn add_tolerances_to(source: Source) -> Source {
-    let epsilon = source.precision().epsilon();
-    let tolerances = [
-        // Distances and maxima this close, as a fraction of the sizes, are equal: well above rounding.
-        ("TIE", 1e-13, 4.0),
-        // Distance, as a fraction of the sizes times the sine between two curves, below which the normal follows from
-        // the curves instead of the gap between them, which has lost more digits.
-        ("MEETING", 1e-6, 1e4),
-        // Sine below which axes count as parallel. The ends of segments 1000 diameters long then differ by 1e-9
-        // diameters in 64 bits, by 1e-3 in 32 bits, where an axis is rounded to a tenth of this.
-        ("PARALLEL_SINE", 1e-12, 16.0),
-        // Sine below which a part across a direction is small beside the whole, so that it is projected twice; and
-        // below which it is rounding of the whole.
-        ("SMALL_SINE", 1e-3, 0.0),
-        ("ROUNDING_SINE", 1e-15, 5.0),
-        // A position on a segment within this part of its half length of an end is the end.
-        ("END_ROUNDING", 1e-12, 8.0),
-        // A normal is at right angles to a segment if its cosine is below this.
-        ("RIGHT_ANGLE", 1e-9, 16.0),
-        // A gradient, and a change of the maximized function, that are rounding, as fractions of the sizes.
-        ("GRADIENT_FLOOR", 0.0, 2.0),
-        ("VALUE_FLOOR", 0.0, 4.0),
-        // The longest last step to a maximum, relative to the angle over which the curvature changes: points leave the
-        // surfaces by its square, 1e-8 in 64 bits and 1e-3 in 32 bits.
-        ("LAST_CLIMB", 1e-4, 2.5e5),
-    ];
-    tolerances
-        .into_iter()
-        .fold(source, |source, (name, least, roundings)| source.real(name, (roundings * epsilon).max(least)))
-}
-
-/// A gain of the climb that counts, in roundings of the sizes.
-const GAIN_IN_ROUNDINGS: f64 = 0.5;
-
-/// The largest number of halvings of an interval in the search along a ring: a minimum hidden in the last interval has
-/// the width of the root of a rounding, and is nearer by at most its square.
-fn halvings(precision: Precision) -> u32 {
-    (-0.5 * precision.epsilon().log2()).ceil() as u32
-}
-
-/// Adds the search for the minima of the distance between two circles, to a source with bodies and `nearest.wgsl`.
-pub(crate) fn add_minima_of_circles_to(source: Source) -> Source {
-    let halvings = halvings(source.precision());
-    let source = source.integer("RING_HALVINGS", halvings).include(fragment!("separation/ring.wgsl"));
-    source.include(fragment!("separation/circle_minima.wgsl"))
-}
-
-/// Adds the search for the minima of the distance between a circle and an ellipsoid, to a source with that for circles.
-pub(crate) fn add_minima_of_circle_and_ellipsoid_to(source: Source) -> Source {
-    let fragments = [
-        fragment!("separation/basis.wgsl"),
-        fragment!("separation/support.wgsl"),
-        fragment!("separation/point_ellipsoid.wgsl"),
-        fragment!("separation/circle_ellipsoid_minima.wgsl"),
-    ];
-    fragments.into_iter().fold(source, Source::include)
-}
-
 /// Adds bodies in space, for shapes of all families: the structs `Placed` and `Separation`, and the functions
 /// `bound(delta, a, b, normal)`, `bounding_radius(p)` and `half_extents(p)`.
 #[must_use]
@@ -360,7 +200,7 @@ pub fn add_bodies_to(source: Source) -> Source {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::validate;
+    use crate::gpu::{Precision, validate};
     use crate::shape::Superellipsoid;
 
     fn exponents() -> Exponents {

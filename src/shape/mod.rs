@@ -15,7 +15,7 @@ mod spherocylinder;
 mod superellipsoid;
 mod torus;
 
-#[cfg(feature = "gpu")]
+#[cfg(any(feature = "gpu", feature = "files"))]
 pub(crate) use code::Tag;
 pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};

@@ -3,6 +3,7 @@
 
 mod runs;
 mod sizes;
+mod walls;
 
 use crate::bodies::{placed, random};
 use crate::directions::{direction, turn};
@@ -170,6 +171,34 @@ fn degenerate_pairs_are_as_far_apart_as_a_search_over_normals_says() {
         }
         eprintln!("degenerate, exponents {exponents:?}: {worst:?}");
     }
+}
+
+/// A rod along an edge, tilted by 4e-4, where steps of the search went back and forth.
+#[test]
+fn a_rod_nearly_along_a_flat_edge_is_found() {
+    let [edge, along] = [
+        [0.3535533905932738, -0.14644660940672624, 0.3535533905932738, 0.8535533905932737],
+        [0.00010342634535255152, -0.00017685554629770883, 4.850600518865489e-5, 0.9999999778361369],
+    ]
+    .map(DQuat::from_array);
+    let body = placed(superellipsoid([1.0, 1.0, 2.0], [4.0; 2]), DVec3::ZERO, edge);
+    let rod = Shape::Spherocylinder { diameter: 0.4, length: 2.0 };
+    let at = DVec3::new(2.000755221078565, 0.0003253216204234652, 6.981849748720311e-5);
+    let found = errors(&body, &placed(rod, at, along));
+    assert!(found.iter().all(|error| *error < 1e-12), "{found:?}");
+}
+
+/// Two concentric dice whose least depth is across an edge of each.
+#[test]
+fn the_depth_across_edges_of_concentric_bodies_is_found() {
+    let turns = [
+        [0.3535533905932738, -0.14644660940672624, 0.3535533905932738, 0.8535533905932737],
+        [7.36566367348896e-5, -0.000400531746442447, 0.3825429361586394, 0.9239376256783501],
+    ];
+    let die = superellipsoid([1.0; 3], [8.0; 2]);
+    let [a, b] = turns.map(|turn| placed(die, DVec3::ZERO, DQuat::from_array(turn)));
+    let found = errors(&a, &b);
+    assert!(found.iter().all(|error| *error < 1e-12), "{found:?}");
 }
 
 /// Of exponent 2 it is the ellipsoid: sizes and separations from everything, to rounding.

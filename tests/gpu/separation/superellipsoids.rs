@@ -21,6 +21,11 @@ use std::f64::consts::FRAC_PI_2;
 const EXPONENTS: [[f64; 2]; 8] =
     [[2.0; 2], [2.5; 2], [4.0; 2], [8.0; 2], [10.0; 2], [2.0, 8.0], [10.0, 2.5], [6.0, 3.0]];
 
+/// Poses of each kind; `RELCP_POSES=N` for more or fewer.
+fn poses(otherwise: usize) -> usize {
+    std::env::var("RELCP_POSES").ok().and_then(|n| n.parse().ok()).unwrap_or(otherwise)
+}
+
 /// A superellipsoid one thick, its sizes within a factor of `aspect`.
 fn superellipsoid(random: &mut ChaCha8Rng, aspect: f64) -> Shape {
     let mut size = || 0.5 * random.random_range(0.0..=aspect.ln()).exp();
@@ -172,19 +177,19 @@ fn is_sound(what: &str, precision: Precision, pose: &Pose, answer: &Answer) {
 fn superellipsoids_near_contact_agree_with_the_cpu() {
     let limits = Limits { separation: [2e-6, 1e-11], across: [1e-5, 1e-9], other: 0.0, apart: [1e-3, 0.0] };
     for aspect in [3.0, 20.0] {
-        holds(&format!("near contact, aspect {aspect}"), &limits, &near_contact(2000, aspect));
+        holds(&format!("near contact, aspect {aspect}"), &limits, &near_contact(poses(2000), aspect));
     }
 }
 
 #[test]
 fn aligned_superellipsoids_agree_with_the_cpu() {
     let limits = Limits { separation: [2e-6, 1e-11], across: [1e-5, 1e-9], other: 0.0, apart: [0.01, 0.0] };
-    holds("aligned", &limits, &aligned(2000));
+    holds("aligned", &limits, &aligned(poses(2000)));
 }
 
 #[test]
 fn deep_and_nested_superellipsoids_agree_with_the_cpu() {
     let limits = Limits { separation: [2e-6, 1e-11], across: [1e-5, 1e-9], other: 0.01, apart: [0.01, 0.0] };
-    holds("deep", &limits, &deep(400, 3.0));
-    holds("nested", &limits, &nested(400));
+    holds("deep", &limits, &deep(poses(400), 3.0));
+    holds("nested", &limits, &nested(poses(400)));
 }
