@@ -340,14 +340,15 @@ fn a_heap_follows_the_cpus() {
     let Some(gpu) = device() else { return };
     for (precision, solver) in precisions(gpu).into_iter().flat_map(|precision| SOLVERS.map(|of| (precision, of))) {
         // In step 44 rods come to lie on the floor, where the law has many solutions, and rounding chooses.
-        for (steps, [exact, rounded]) in [(43, [1e-10, 1e-5]), (60, [1e-3, 1e-3])] {
+        for (steps, [exact, rounded], counted) in [(43, [1e-10, 1e-5], 0.0), (60, [1e-3, 1e-3], 0.1)] {
             let (off, work, pushing) = beside_the_cpu(gpu, precision, solver, steps);
             println!(
                 "{precision:?}, {solver}: after {steps} steps positions within {off:.1e}, work {work:?}, {pushing:?} pushes"
             );
             assert!(off <= if precision == Precision::F32 { rounded } else { exact }, "{precision:?} {steps}: {off:e}");
             assert!((work[0] / work[1] - 1.0).abs() <= 0.01 && work[1] > 0.3, "{work:?}");
-            assert!(pushing[0].abs_diff(pushing[1]) * 20 <= pushing[1] && pushing[1] > 90, "{pushing:?}");
+            let apart = pushing[0].abs_diff(pushing[1]) as f64;
+            assert!(apart <= counted * pushing[1] as f64 && pushing[1] > 90, "{pushing:?}");
         }
     }
 }
