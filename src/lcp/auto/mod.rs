@@ -15,7 +15,7 @@ use super::portion::Portion;
 use super::team::{self, Team};
 use super::verbs::Verbs;
 use super::{Settings, Status};
-use worth::{affordable, window};
+use worth::{WINDOW, affordable};
 
 /// With fewer rows, local solves cost more than they save.
 const LEAST_ROWS: usize = 256;
@@ -27,10 +27,6 @@ const CHECK_EVERY: u64 = 20;
 /// The largest number of failed local attempts: the remaining rows may have no solution, which only iterations on all
 /// rows can show.
 const MOST_ATTEMPTS: u32 = 3;
-
-/// Iterations after the safeguard has stalled: the rows contradict each other, or nearly. Of 166 such solves of a
-/// chamber of 60 cells, conjugate gradients end two within 40,000 iterations.
-const MOST_AFTER_SAFEGUARD: u64 = 100;
 
 /// It checks only while the residual is at most this many tolerances.
 const NEARLY: f64 = 10.0;
@@ -126,7 +122,7 @@ impl<const D: usize> Auto<D> {
     }
 
     /// Begins with the method and falls back to the safeguard. If that fails too, the method continues to the iteration
-    /// limit, or for a while if the safeguard has stalled.
+    /// limit.
     fn begin<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
         let (mut status, mut iterations, mut residual) = self.iterate_and_finish_locally(task);
         if !matches!(status, Status::NoProgress | Status::RoundingFloor | Status::MaxIterations) {
@@ -139,9 +135,8 @@ impl<const D: usize> Auto<D> {
         if matches!(ended, Status::Solved | Status::Infeasible) {
             status = ended;
         } else if status == Status::MaxIterations && left > 0 {
-            let few = if ended == Status::NoProgress { left.min(MOST_AFTER_SAFEGUARD) } else { left };
-            let (after, more, found) = self.iterate(task, few, false);
-            (status, residual) = (if few < left && after == Status::MaxIterations { ended } else { after }, found);
+            let (ended, more, found) = self.iterate(task, left, false);
+            (status, residual) = (ended, found);
             iterations += more;
         }
         outcome(&task.cpu, (status, iterations, residual), self.safeguard.factorizations())
@@ -181,7 +176,6 @@ impl<const D: usize> Auto<D> {
         }
         self.iterated = true;
         let (mut iterations, mut next, mut attempts) = (0, FIRST_CHECK, MOST_ATTEMPTS);
-        let window = window(cpu, self.patient);
         loop {
             let left = most.saturating_sub(iterations);
             let settings = &Settings { max_iterations: left, ..*settings };
@@ -191,7 +185,7 @@ impl<const D: usize> Auto<D> {
                 attempts > 0 && due && progress.residual <= NEARLY * settings.tolerance
             };
             let mut few = false;
-            let pauses = |progress: Progress| is_due(progress) || progress.iterations.is_multiple_of(window);
+            let pauses = |progress: Progress| is_due(progress) || progress.iterations.is_multiple_of(WINDOW);
             let (team, method) = (&mut self.team, &mut self.method);
             let (status, more, found) = team::run(team, cpu, drive, method, settings, &pauses, |cpu, at, progress| {
                 few = is_due(progress) && local.is_worth(cpu, at, settings.tolerance);
@@ -224,8 +218,7 @@ impl<const D: usize> Auto<D> {
         if !cpu.is_finite() {
             return (Status::NotFinite, 0, f64::INFINITY);
         }
-        let window = window(cpu, self.patient);
-        let pauses = |progress: Progress| progress.iterations.is_multiple_of(window);
+        let pauses = |progress: Progress| progress.iterations.is_multiple_of(WINDOW);
         let mut worth = affordable(&mut self.safeguard, &mut self.forecast, settings.tolerance, self.patient);
         team::run(&mut self.team, cpu, drive, &mut self.method, settings, &pauses, |cpu, _, progress| {
             !guarded || worth(cpu, progress)

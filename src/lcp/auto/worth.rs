@@ -13,15 +13,6 @@ pub(super) const ITERATIONS_BEFORE_FORECAST: u64 = 200;
 /// Iterations between two measurements of the residual's decrease. The last two predict the remaining iterations.
 pub(super) const WINDOW: u64 = 100;
 
-/// Up to so many rows a forecast comes sooner. With 1,024, `colony` calls the safeguard 84 times in place of 6, and takes
-/// 2.0 s in place of 1.6; full chambers of 60 cells have some 200 rows.
-const MOST_ROWS_FORECAST_SOON: usize = 400;
-
-/// The same two with so few rows. 2,500 solves of a chamber of 60 cells take 689,000 products with 100 and 200, 463,000
-/// with 50 and 100, 335,000 with 20 and 40.
-const WINDOW_OF_FEW: u64 = 20;
-const ITERATIONS_OF_FEW: u64 = 40;
-
 /// The part of the interior-point method's cost that `auto` spends on conjugate gradients at least, because residuals
 /// stagnate at times: 0 to 0.3 cost the same within 3 %.
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
@@ -45,16 +36,6 @@ const NANOSECONDS_OF_A_ROW: f64 = 12.0;
 /// The same for nearly parallel rows, in the order of their pairs: 18 to 27, and 55 to 65 if they exceed the cache.
 const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 20.0;
 
-/// Whether a problem has at most so many rows, none nearly parallel.
-fn are_few<const D: usize, P: Portion<D>>(cpu: &Cpu<D, P>, patient: bool, most: usize) -> bool {
-    patient && cpu.all_rows() <= most
-}
-
-/// Iterations between two measurements.
-pub(super) fn window<const D: usize, P: Portion<D>>(cpu: &Cpu<D, P>, patient: bool) -> u64 {
-    if are_few(cpu, patient, MOST_ROWS_FORECAST_SOON) { WINDOW_OF_FEW } else { WINDOW }
-}
-
 /// Decides whether to take one more iteration: yes while all iterations together cost less than the safeguard would,
 /// and, if not `patient`, while the predicted remaining ones cost less than a part of it. Later problems of a step
 /// reuse its first forecast: they have the same pairs and few more.
@@ -66,20 +47,18 @@ pub(super) fn affordable<const D: usize, P: Portion<D>>(
 ) -> impl FnMut(&Cpu<D, P>, Progress) -> bool {
     let mut marks = [f64::INFINITY; 2];
     move |cpu, Progress { iterations, least, .. }| {
-        let few = are_few(cpu, patient, MOST_ROWS_WITHOUT_PATIENCE);
-        let window = window(cpu, patient);
-        if !iterations.is_multiple_of(window) {
+        if !iterations.is_multiple_of(WINDOW) {
             return true;
         }
-        let at_least = if window == WINDOW_OF_FEW { ITERATIONS_OF_FEW } else { ITERATIONS_BEFORE_FORECAST };
-        let gain = (marks[0] / least).ln() / (2 * window) as f64;
+        let gain = (marks[0] / least).ln() / (2 * WINDOW) as f64;
         marks = [marks[1], least];
         let left = (least / tolerance).ln() / gain;
-        if iterations < at_least || left <= at_least as f64 {
+        if iterations < ITERATIONS_BEFORE_FORECAST || left <= ITERATIONS_BEFORE_FORECAST as f64 {
             return true;
         }
         let cost = *forecast.get_or_insert_with(|| safeguard.forecast(P::gathered(cpu)).unwrap_or(f64::INFINITY));
         let of_a_row = if patient { NANOSECONDS_OF_A_ROW } else { NANOSECONDS_OF_A_PARALLEL_ROW };
+        let few = patient && cpu.all_rows() <= MOST_ROWS_WITHOUT_PATIENCE;
         let besides = if few { NANOSECONDS_OF_AN_ITERATION } else { 0.0 };
         let instead = cost / (of_a_row * cpu.all_rows() as f64 + besides);
         let taken = iterations as f64;

@@ -38,21 +38,6 @@ pub(crate) const MOST_ITERATIONS: u64 = 100;
 /// 10, two to four of 120 contradictions are given up before they are proven; with 15 none; 30 changes nothing.
 const PATIENCE: u64 = 15;
 
-/// The part of the tolerance that is added to each gap: closed rows may be violated by as much. In wedges that are
-/// nearly contradictory a row shorter by a millionth takes a thousandth of the velocity and of the multipliers. Of 2,500
-/// solves of a chamber of 60 cells, 207 miss the tolerance without it, and 54 with it; of 400 of these, 391 miss it
-/// without, 190, 163 and 163 with 0.5, 0.9 and 0.95. Refined Newton steps change nothing (389), and a compliance of
-/// 1e-12 in place of the proximal term is worse (208).
-const RELIEF: f64 = 0.9;
-
-/// Rows are relieved as soon as a multiplier is this many times the deepest violation, both of rows of length one.
-/// Others keep their gaps: a start whose rows all have nine tenths of the tolerance leaves nothing to a next solve. With
-/// all rows relieved, and 27 steps in the cost model, a run of a colony to 1,024 cells took 425 products in place of 333.
-const TIGHT: f64 = 1e4;
-
-/// Not before this iteration: the start has large multipliers.
-const SETTLED: u64 = 10;
-
 /// The cost model of [`InteriorPoint::forecast`]: the number of steps, and the nanoseconds of a step per multiplication
 /// of its factorization and per unknown. Steps of five systems of 864 to 12,288 unknowns take 0.8 to 22 ms on one core
 /// (November 2026); the model gives 0.6 to 22.
@@ -185,11 +170,6 @@ impl<const D: usize> InteriorPoint<D> {
         for iteration in 0.. {
             self.iterate.export(&self.rows, &mut at.x);
             cpu.gradient(&at.x, &mut at.g);
-            // A compliance gives way by itself.
-            let tight = iteration >= SETTLED && self.iterate.largest_multiplier() > TIGHT * self.rows.deepest;
-            if tight && self.rows.relief == 0.0 && cpu.compliance() == 0.0 {
-                self.rows.relieve(RELIEF * settings.tolerance);
-            }
             self.iterate.set_gradient(&self.rows, &at.g);
             let now = self.live_residual(cpu, at);
             if !now.is_finite() {
