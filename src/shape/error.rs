@@ -2,7 +2,7 @@
 
 use super::superellipsoid::EXPONENTS;
 use super::{LARGEST_SIZE, MAX_ASPECT, SMALLEST_SIZE};
-use crate::digits::{exact, few};
+use crate::digits::{exact, significant};
 
 /// Why a shape is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -60,7 +60,7 @@ pub enum ShapeError {
         value: f64,
     },
     /// A shape more slender or more flat than separations are sure of.
-    #[error("the largest size is {} times the smallest; at most {MAX_ASPECT} is supported", few(*aspect))]
+    #[error("the largest size is {} times the smallest; at most {MAX_ASPECT} is supported", significant(*aspect, 7))]
     Aspect {
         /// The size, or the sizes, at fault.
         name: &'static str,
