@@ -235,8 +235,8 @@ fn log<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot) -> io::
 }
 
 /// The three numbers with which OVITO draws a body with its own size: semi-axes, or for a spherocylinder the radius,
-/// zero and the length of its cylinder. A mesh has none; a superellipsoid is the ellipsoid with its semi-axes where it is
-/// no mesh.
+/// zero and the length of its cylinder. OVITO does not use them for a body that has a mesh. A superellipsoid without a
+/// mesh is drawn as the ellipsoid of the same semi-axes.
 pub(super) fn aspherical(shape: &Shape) -> [f64; 3] {
     if shape.exponents().is_some() {
         return shape.code().1;

@@ -34,9 +34,6 @@ use std::path::Path;
 const COLUMNS: &str = "id type x y z ix iy iz vx vy vz omegax omegay omegaz quatw quati quatj quatk shapex shapey shapez \
                        d_size1 d_size2 d_size3 i_parent d_birth i_generation i_group";
 
-/// The exponents of an ellipsoid.
-const ELLIPSOID: [f64; 2] = [2.0; 2];
-
 /// Half the height of a planar box; LAMMPS requires a height.
 const HALF_HEIGHT: f64 = 0.5;
 
@@ -140,7 +137,7 @@ fn line(out: &mut dyn Write, bodies: &Bodies, k: usize, with_exponents: bool) ->
     let group = if bodies.group[k] == NO_GROUP { -1 } else { i64::from(bodies.group[k]) };
     write!(out, " {parent} {:?} {} {group}", lineage.birth, lineage.generation)?;
     if with_exponents {
-        let [n1, n2] = shape.exponents().unwrap_or(ELLIPSOID);
+        let [n1, n2] = shape.exponents().unwrap_or(super::ELLIPSOID);
         write!(out, " {n1:?} {n2:?}")?;
     }
     writeln!(out)

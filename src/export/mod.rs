@@ -37,6 +37,9 @@ use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// The exponents of an ellipsoid, for columns that all bodies have.
+const ELLIPSOID: [f64; 2] = [2.0; 2];
+
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

@@ -37,9 +37,6 @@ const COLUMNS: &str = "species:S:1:pos:R:3:velo:R:3:orientation:R:4:aspherical_s
 
 /// The columns of runs with superellipsoids.
 const EXPONENTS: &str = ":exponents:R:2:superquadric_roundness:R:2";
-/// The exponents of an ellipsoid.
-const ELLIPSOID: [f64; 2] = [2.0; 2];
-
 /// Writes the states as the extended XYZ file `path`, atomically: see [the module](self).
 ///
 /// # Errors
@@ -95,7 +92,7 @@ fn line(out: &mut dyn Write, bodies: &Bodies, k: usize, with_exponents: bool) ->
     let group = if bodies.group[k] == NO_GROUP { -1 } else { i64::from(bodies.group[k]) };
     write!(out, " {} {parent} {:?} {} {group}", lineage.id, lineage.birth, lineage.generation)?;
     if with_exponents {
-        let [n1, n2] = shape.exponents().unwrap_or(ELLIPSOID);
+        let [n1, n2] = shape.exponents().unwrap_or(super::ELLIPSOID);
         numbers(out, &[n1, n2, 2.0 / n2, 2.0 / n1])?;
     }
     writeln!(out)

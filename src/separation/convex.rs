@@ -246,8 +246,8 @@ pub(super) fn highest<const N: usize>(
     peaks.reduce(|best, peak| if above(&peak, &best, delta, bodies) { peak } else { best })
 }
 
-/// The normals across an axis of each of two superellipsoids. Boxes overlap least along one of these or a face's; without
-/// them one of some thousands of concentric pairs of exponent 8 was 2e-4 of the size too deep.
+/// The normals across an axis of each of two superellipsoids. Boxes overlap least along one of these or a face's.
+/// Without them one of some thousands of concentric pairs of exponent 8 was 2e-4 of the size too deep.
 fn crossings(a: Body, b: Body) -> impl Iterator<Item = DVec3> {
     let both = a.has_edges() && b.has_edges();
     let crossing = move |k: usize| {

@@ -89,9 +89,9 @@ fn halved(
 
 /// As [`climb`], for one body and only over normals at right angles to the unit vector `axis`, of which `start` is one.
 ///
-/// Beside a segment that is parallel to a flat place, both normals that a step tries may go back and forth across it, in
-/// one of some thousands of degenerate poses to an end 6e-7 of the size too low after 400 steps. So the one half way
-/// between two slopes of opposite signs is tried, too.
+/// Beside a segment that is parallel to a flat place, both normals that a step tries may go back and forth across it.
+/// One of some thousands of degenerate poses then ended 6e-7 of the size too low after 400 steps. So a step also tries
+/// the normal half way between two slopes of opposite signs.
 pub(super) fn climb_across(delta: DVec3, body: impl Supporting, axis: DVec3, start: DVec3) -> Peak<1> {
     let size = delta.length() + body.size();
     let slope_of = |peak: &Peak<1>| axis.cross(peak.normal).dot(delta - peak.points[0]);

@@ -104,7 +104,7 @@ impl Plan {
         }
     }
 
-    /// What may keep bodies from parting: walls that close before bonds, and those that bend before those that are rigid.
+    /// What may keep bodies from parting: first walls that close, then bonds that bend, then rigid bonds.
     pub(super) fn hindrance(&self) -> Hindrance {
         match self {
             Plan { may_squeeze: true, .. } => Hindrance::Walls,

@@ -1,5 +1,5 @@
-//! Superellipsoids in other programs' formats: surfaces for ParaView, meshes in GSD, exponents by the names that OVITO and
-//! LAMMPS have for them.
+//! Superellipsoids in other programs' formats: surfaces for ParaView, meshes in GSD, exponents by the names that OVITO
+//! and LAMMPS have for them.
 
 use crate::gsd_file;
 use crate::vtp_file::{Vtp, collection};

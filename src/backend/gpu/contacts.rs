@@ -31,8 +31,8 @@ const NUMBERS: usize = 12;
 /// Every pair of bodies whose separation is at most `cutoff`, in the order of [`crate::step::contacts`].
 ///
 /// # Errors
-/// [`GpuError::Unsupported`] for shapes and pairs that only the CPU has and bodies beyond the lattice, or what the device
-/// refuses.
+/// [`GpuError::Unsupported`] for shapes and pairs that only the CPU has, and for bodies beyond the lattice; or what the
+/// device refuses.
 pub fn contacts(gpu: &Gpu, precision: Precision, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
     let lattice = lattice(gpu, precision, bodies)?;
     let (cutoff, found) = candidates(bodies, cutoff);

@@ -77,8 +77,8 @@ impl Setup {
     /// The setup of a scene with bodies of these shapes.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for shapes and pairs of them that only the CPU has, and for bodies that are too thin or
-    /// too thick for 32-bit floats.
+    /// [`GpuError::Unsupported`] for shapes and pairs of them that only the CPU has, and for bodies that are too thin
+    /// or too thick for 32-bit floats.
     pub fn new(model: &Model, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
         if let Some(what) = unsupported(shapes.iter().copied(), model.planar) {
             return Err(GpuError::Unsupported { what });

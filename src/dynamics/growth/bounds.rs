@@ -13,8 +13,8 @@ impl Growth {
     ///
     /// A sizer's is its own. An adder's cell is born with at most the mean of its mother's length at birth and of what
     /// she adds, so with no more than the greater of `start` and that. A timer's cells have no bound: each cycle
-    /// multiplies the length by up to `e^(rate time) / 2`, and the longest cycles make the longest cells. A cell that is
-    /// overdue is shorter than two halves may be.
+    /// multiplies the length by up to `e^(rate time) / 2`, and the longest cycles make the longest cells. A cell that
+    /// divides late was shorter than two of the shortest daughters when it was due.
     pub fn longest_division(&self, start: f64, thickness: f64, (dt, duration): (f64, f64)) -> f64 {
         let [_, most] = self.targets();
         match self.rule {

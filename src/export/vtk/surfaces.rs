@@ -6,7 +6,7 @@ use super::flat;
 use crate::record::Snapshot;
 use std::collections::HashMap;
 
-/// The surfaces of all superellipsoids of a state; `None` if it has none.
+/// The surfaces of all superellipsoids of a state. `None` for a state without superellipsoids.
 pub(super) fn surfaces(state: &Snapshot) -> Option<PolyData> {
     let bodies = &state.bodies;
     let mut units: HashMap<[u64; 2], Surface> = HashMap::new();

@@ -19,8 +19,8 @@ use super::cone::{Triple, contains, dot, dual_contains, project};
 /// Most rounds of Newton's method, which takes 2 to 6. An inexact answer would do.
 pub(in crate::lcp) const MOST_ROUNDS: usize = 30;
 
-/// A round that changes the multiplier by a smaller part is the last. Rounds converge quadratically, so about the square
-/// of it is left. A pile took 5.2 s with 1e-4, 6.1 s with 1e-8 and 5.1 s with 1e-2, and as many iterations.
+/// A round that changes the multiplier by a smaller part is the last. Rounds converge quadratically: about the square
+/// of this part is left. A pile took 5.2 s with 1e-4, 6.1 s with 1e-8 and 5.1 s with 1e-2, and as many iterations.
 pub(in crate::lcp) const CONVERGED: f64 = 1e-4;
 
 /// Rounds of Jacobi's method for the eigenvectors, far more than it takes.

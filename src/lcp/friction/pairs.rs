@@ -19,8 +19,8 @@ pub(in crate::lcp) const REGULARIZATION: f64 = 1e-6;
 /// Most sweeps over the units of a pair.
 pub(in crate::lcp) const SWEEPS: usize = 10;
 
-/// A sweep that moves the units by less than this part of the first one is the last. In scenes of rods, of ellipsoids and
-/// of superellipsoids 1e-3 took as many iterations, and a fifth to a third more time.
+/// A sweep that moves the units by less than this part of the first one is the last. In scenes of rods, ellipsoids and
+/// superellipsoids, 1e-3 took as many iterations and a fifth to a third more time.
 pub(in crate::lcp) const SETTLED: f64 = 0.3;
 
 /// The units of a pair.

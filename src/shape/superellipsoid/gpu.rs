@@ -1,5 +1,5 @@
-//! Superellipsoids in WGSL. A kernel's shape is three sizes and a number. The number of a superellipsoid is its tag and,
-//! above [`TAG_BITS`], the place of its exponents in a table. The table is in the text of the kernels.
+//! Superellipsoids in WGSL. A kernel's shape is three sizes and a number. The number of a superellipsoid is its tag
+//! and, above [`TAG_BITS`], the place of its exponents in a table. The table is in the text of the kernels.
 //!
 //! A source with the table has `power` and the functions of the norm, and the functions of any shape also compute
 //! superellipsoids. A source without one is not changed by any of this.
