@@ -161,7 +161,6 @@ impl Candidates {
         self.measure_pace(boxes);
         self.margin = self.fixed.unwrap_or_else(|| self.next_margin(boxes));
         let margin = self.margin;
-        self.stored.clear();
         // A box that would overflow with the margin keeps its own size. A box that is not proper touches nothing, but
         // may be proper next time: its stored box contains nothing.
         let store = |aabb: &Aabb| match aabb.inflated(margin) {
@@ -169,7 +168,7 @@ impl Candidates {
             _ if aabb.is_proper() => *aabb,
             _ => Aabb { min: glam::DVec3::NAN, max: glam::DVec3::NAN },
         };
-        self.stored.extend(boxes.iter().map(store));
+        boxes.par_iter().with_min_len(PARALLEL_MIN).map(store).collect_into_vec(&mut self.stored);
         self.search.pairs(&self.stored, &mut self.listed);
         self.searches += 1;
         self.calls_since_search = 0;
@@ -183,7 +182,8 @@ impl Candidates {
         let beyond = |(stored, aabb): (&Aabb, &Aabb)| {
             (stored.min - aabb.min).max_element().max((aabb.max - stored.max).max_element())
         };
-        let worst = self.stored.iter().zip(boxes).map(beyond).fold(f64::NEG_INFINITY, f64::max);
+        let both = self.stored.par_iter().zip(boxes).with_min_len(PARALLEL_MIN);
+        let worst = both.map(beyond).reduce(|| f64::NEG_INFINITY, f64::max);
         let used = self.margin + worst;
         if used.is_finite() {
             self.pace = Some(used / self.calls_since_search as f64);

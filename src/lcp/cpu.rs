@@ -1,4 +1,4 @@
-//! The vector verbs on the CPU, in f64, on one thread.
+//! The vector verbs on the CPU, in f64, on one thread. Problems are loaded on all.
 //!
 //! Bodies are reordered: by position in space if a step sets it ([`Places`]), otherwise by shared rows
 //! (`lcp::numbering`). Rows are reordered too: by [`pair_blocks::order`] within chunks of rows with near bodies. So the
@@ -10,7 +10,7 @@
 use super::clusters::Clusters;
 use super::cone::{admit, worse};
 use super::incidence::Incidence;
-use super::loops::Chunks;
+use super::loops::{Chunks, LEAST_ROWS_A_TASK};
 use super::numbering;
 use super::on_rows::{Diagonals, Numbers, OnRows};
 use super::pair_blocks::{self, Blocks, PairBlocks};
@@ -18,6 +18,7 @@ use super::portion::{Alone, Portion};
 use super::product::{Product, ZERO_ROW};
 use super::verbs::InClusters;
 use super::{Places, Problem};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Rows per chunk of a sum: few enough that each of several threads has some chunks in a problem of a thousand rows.
@@ -95,7 +96,8 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
                     &place
                 }
             };
-            numbered = problem.pair.iter().map(|pair| pair.map(|body| place[body as usize])).collect();
+            let pairs = problem.pair.par_iter().with_min_len(LEAST_ROWS_A_TASK);
+            numbered = pairs.map(|pair| pair.map(|body| place[body as usize])).collect();
             self.chunks = match given {
                 Some(places) => pair_blocks::order_in_blocks(&numbered, &places.blocks, &mut self.order),
                 None => {

@@ -49,6 +49,9 @@ const MOST_ROUNDS: usize = 12;
 /// The largest number of iterations in a part.
 const MOST_ITERATIONS: u64 = 500;
 
+/// The search for seeds among fewer rows than this runs on one thread: a row takes some 2 ns.
+const LEAST_ROWS_A_TASK: usize = 8_192;
+
 /// The result of the rounds.
 pub(super) struct Rounds {
     /// Whether the residual of the whole problem is within the tolerance.
@@ -165,13 +168,13 @@ impl Local {
         self.taken.clear();
         self.taken.resize(rows.q.len(), false);
         let mut front: Vec<u32> = Vec::new();
-        for row in 0..rows.q.len() {
-            if residual(at.g[row], rows.diagonal[row], at.x[row]) > SEED * tolerance {
-                for side in 0..2 {
-                    let body = rows.pair[row][side];
-                    if moves(2 * row as u32 + side as u32) && !std::mem::replace(&mut self.free[body as usize], true) {
-                        front.push(body);
-                    }
+        let open = |row: &usize| residual(at.g[*row], rows.diagonal[*row], at.x[*row]) > SEED * tolerance;
+        let all = (0..rows.q.len()).into_par_iter().with_min_len(LEAST_ROWS_A_TASK);
+        for row in all.filter(open).collect::<Vec<_>>() {
+            for side in 0..2 {
+                let body = rows.pair[row][side];
+                if moves(2 * row as u32 + side as u32) && !std::mem::replace(&mut self.free[body as usize], true) {
+                    front.push(body);
                 }
             }
         }

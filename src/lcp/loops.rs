@@ -12,6 +12,9 @@ pub(super) const PARTS: usize = 8;
 /// This many entries of each of six vectors fit together into the first-level cache, 24 KiB.
 const CACHED: usize = 512;
 
+/// Passes over fewer rows than this run on one thread while a problem is loaded: a row takes some 5 ns.
+pub(super) const LEAST_ROWS_A_TASK: usize = 4_096;
+
 /// Consecutive ranges of rows.
 #[derive(Clone, Debug, Default)]
 pub struct Chunks {

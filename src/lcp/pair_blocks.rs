@@ -12,12 +12,16 @@ use super::cone;
 use super::loops::Chunks;
 use super::product::dot;
 use larger::Larger;
+use rayon::prelude::*;
 use small::{Block, Double, Packed, Single};
 
 /// Relative addition to the diagonal of a block. On the stored systems 1e-6, 1e-7 and 1e-8 cost the same products
 /// within a quarter; 1e-6 costs the least if pairs have many rows, and keeps most digits of the Cholesky factor of a
 /// block with repeated rows.
 const REGULARIZATION: f64 = 1e-6;
+
+/// Blocks of fewer chunks than this are built by one thread: a chunk of some 300 rows takes some 10 microseconds.
+const LEAST_CHUNKS_A_TASK: usize = 8;
 
 /// The largest number of rows of a block with a specialized type.
 const SMALL: usize = 8;
@@ -149,9 +153,9 @@ impl PairBlocks {
         chunks: &Chunks,
     ) {
         self.chunks.resize_with(chunks.len(), Blocks::default);
-        for (blocks, rows) in self.chunks.iter_mut().zip(chunks.ranges()) {
-            blocks.rebuild(&pair[rows.clone()], &jacobian[rows.clone()], &live[rows]);
-        }
+        let ranges: Vec<_> = chunks.ranges().collect();
+        let all = self.chunks.par_iter_mut().zip(ranges).with_min_len(LEAST_CHUNKS_A_TASK);
+        all.for_each(|(blocks, rows)| blocks.rebuild(&pair[rows.clone()], &jacobian[rows.clone()], &live[rows]));
     }
 
     /// The blocks chunk by chunk.

@@ -3,11 +3,19 @@
 //! A body's terms are added in ascending order of the rows.
 
 use super::incidence::Incidence;
+use super::loops::LEAST_ROWS_A_TASK;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
 /// of `J`, is then below the rounding of the largest row's.
 pub(super) const ZERO_ROW: f64 = f64::EPSILON * f64::EPSILON;
+
+/// With fewer rows one thread computes a product outside of a team: it takes less than 0.1 ms.
+const LEAST_ROWS_FOR_THREADS: usize = 16_384;
+
+/// A sum over the rows of fewer bodies than this runs on one thread: a body takes some 20 ns.
+const LEAST_BODIES_A_TASK: usize = 1_024;
 
 /// The rows of `J`, kept ready for products.
 #[derive(Clone, Debug, Default)]
@@ -21,10 +29,9 @@ pub struct Product<const D: usize> {
 impl<const D: usize> Product<D> {
     /// Takes the rows of a problem in the given order of rows.
     pub fn rebuild(&mut self, bodies: usize, pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], order: &[u32]) {
-        self.pair.clear();
-        self.pair.extend(order.iter().map(|row| pair[*row as usize]));
-        self.jacobian.clear();
-        self.jacobian.extend(order.iter().map(|row| jacobian[*row as usize]));
+        let order = order.par_iter().with_min_len(LEAST_ROWS_A_TASK);
+        order.clone().map(|row| pair[*row as usize]).collect_into_vec(&mut self.pair);
+        order.map(|row| jacobian[*row as usize]).collect_into_vec(&mut self.jacobian);
         self.velocity.clear();
         self.velocity.resize(bodies, [0.0; D]);
         self.incidence.rebuild(bodies, &self.pair);
@@ -50,15 +57,35 @@ impl<const D: usize> Product<D> {
         &self.jacobian
     }
 
-    /// `out = A x`.
+    /// `out = A x`, by several threads if there are many rows.
     pub fn apply(&mut self, x: &[f64], out: &mut [f64]) {
+        if self.pair.len() >= LEAST_ROWS_FOR_THREADS && rayon::current_num_threads() > 1 {
+            return self.apply_together(x, out);
+        }
         scatter(&self.pair, &self.jacobian, x, &mut self.velocity);
         along(&self.pair, &self.jacobian, &self.velocity, out);
     }
 
+    /// The same, with the same bits: body by body, then row by row.
+    fn apply_together(&mut self, x: &[f64], out: &mut [f64]) {
+        let Product { pair, jacobian, incidence, velocity } = self;
+        let of_body = |(body, velocity): (usize, &mut [f64; D])| {
+            *velocity = [0.0; D];
+            for entry in incidence.of(body) {
+                let (row, side) = ((entry / 2) as usize, (entry % 2) as usize);
+                add(velocity, x[row], &jacobian[row][side]);
+            }
+        };
+        velocity.par_iter_mut().enumerate().with_min_len(LEAST_BODIES_A_TASK).for_each(of_body);
+        let rows = pair.par_chunks(LEAST_ROWS_A_TASK).zip(jacobian.par_chunks(LEAST_ROWS_A_TASK));
+        let all = out.par_chunks_mut(LEAST_ROWS_A_TASK).zip(rows);
+        all.for_each(|(out, (pair, jacobian))| along(pair, jacobian, velocity, out));
+    }
+
     /// The diagonal of `A`.
     pub fn diagonal(&self) -> Vec<f64> {
-        self.jacobian.iter().map(|[ja, jb]| dot(ja, ja) + dot(jb, jb)).collect()
+        let rows = self.jacobian.par_iter().with_min_len(LEAST_ROWS_A_TASK);
+        rows.map(|[ja, jb]| dot(ja, ja) + dot(jb, jb)).collect()
     }
 
     /// A diagonal `W` with `x . A x <= x . W x`: `w_i = sum over the row's bodies b of c_b |J_ib|^2` with `c_b` the
@@ -182,5 +209,36 @@ fn row<const D: usize>([ja, jb]: &[[f64; D]; 2], va: &[f64; D], vb: &[f64; D]) -
 pub(crate) fn add<const D: usize>(y: &mut [f64; D], a: f64, x: &[f64; D]) {
     for k in 0..D {
         y[k] += a * x[k];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn several_threads_compute_the_bits_of_one() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(17);
+        let bodies = 6_000_u32;
+        let near = |a: u32| [1, 2, 77].map(|far| [a, (a + far) % bodies]);
+        let pair: Vec<[u32; 2]> = (0..bodies).flat_map(near).collect();
+        let mut block = || std::array::from_fn(|_| rng.random::<f64>() - 0.5);
+        let jacobian: Vec<[[f64; 3]; 2]> = pair.iter().map(|_| [block(), block()]).collect();
+        let x: Vec<f64> = pair.iter().map(|_| block()).map(|[x, _, _]: [f64; 3]| x).collect();
+        assert!(pair.len() >= LEAST_ROWS_FOR_THREADS);
+        let product = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut product = Product::<3>::default();
+            let order: Vec<u32> = (0..pair.len() as u32).rev().collect();
+            let mut out = vec![0.0; pair.len()];
+            pool.install(|| {
+                product.rebuild(bodies as usize, &pair, &jacobian, &order);
+                product.apply(&x, &mut out);
+            });
+            (out, product.velocity)
+        };
+        let alone = product(1);
+        assert!(alone.0.iter().all(|g| g.is_finite()) && [2, 3].map(product) == [alone.clone(), alone]);
     }
 }

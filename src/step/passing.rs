@@ -37,6 +37,9 @@ const FINEST: f64 = 0.125;
 /// outside (`benches/peers/run --atlas`).
 const WHOLE_TURN: f64 = std::f64::consts::TAU;
 
+/// A loop over fewer bodies than this runs on one thread: the path of a body takes some 50 ns.
+const LEAST_BODIES_A_TASK: usize = 512;
+
 /// The pairs that passed in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Passed {
@@ -57,12 +60,12 @@ pub fn passed(
     but: &[[u32; 2]],
     separate: impl Fn(&Placed, &Placed) -> Option<Separation> + Sync,
 ) -> Option<Passed> {
-    let ways: Vec<Way> = ways(start, twist, (dt, shear)).collect();
+    let ways = ways(start, twist, (dt, shear));
     let [farthest, thinnest] = extremes(&ways);
     if !may_pass(farthest, thinnest) {
         return None;
     }
-    let boxes: Vec<Aabb> = ways.iter().map(Way::swept).collect();
+    let boxes: Vec<Aabb> = ways.par_iter().with_min_len(LEAST_BODIES_A_TASK).map(Way::swept).collect();
     let mut near = Vec::new();
     Periodic::new(Grid::default(), start.periods).pairs(&boxes, &mut near);
     let passes = |pair: &[u32; 2]| {
@@ -79,21 +82,18 @@ pub fn passed(
     Some(Passed { pairs: found.len(), pair })
 }
 
-fn ways<'a>(
-    start: &'a Bodies,
-    twist: &'a [Twist],
-    (dt, shear): (f64, Option<CellShear>),
-) -> impl Iterator<Item = Way> + 'a {
-    (0..start.len()).map(move |i| match shear {
+fn ways(start: &Bodies, twist: &[Twist], (dt, shear): (f64, Option<CellShear>)) -> Vec<Way> {
+    let of_body = |i: usize| match shear {
         None => Way::of(start.placed(i), twist[i], dt),
         Some(shear) => Way::of(start.placed(i), twist[i], dt).beside(shear),
-    })
+    };
+    (0..start.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect()
 }
 
 /// The largest displacement of a surface point, and the thickness of the thinnest body.
 fn extremes(ways: &[Way]) -> [f64; 2] {
-    let thinnest = ways.iter().map(|way| way.thickness).fold(f64::INFINITY, f64::min);
-    [ways.iter().map(|way| way.motion).fold(0.0, f64::max), thinnest]
+    let each = ways.par_iter().with_min_len(LEAST_BODIES_A_TASK).map(|way| [way.motion, way.thickness]);
+    each.reduce(|| [0.0, f64::INFINITY], |[far, thin], [other, thinner]| [far.max(other), thin.min(thinner)])
 }
 
 /// The largest displacement of a surface point of these bodies, and the thickness of the thinnest, as in [`passed`].
@@ -103,7 +103,7 @@ pub(crate) fn farthest_and_thinnest(
     twist: &[Twist],
     interval_and_shear: (f64, Option<CellShear>),
 ) -> [f64; 2] {
-    extremes(&ways(start, twist, interval_and_shear).collect::<Vec<_>>())
+    extremes(&ways(start, twist, interval_and_shear))
 }
 
 /// Whether two bodies can pass if no surface point moves by more than `farthest` and no body is thinner than

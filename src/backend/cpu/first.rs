@@ -50,11 +50,13 @@ impl First {
         if let Some(strain) = carried {
             let rates = strain.rates(start.time);
             let of = |x: &DVec3| Twist { linear: strain.velocity(*x, rates), angular: DVec3::ZERO };
-            self.reached.extend(start.bodies.position.iter().map(of));
+            let positions = start.bodies.position.par_iter().with_min_len(LEAST_BODIES_A_TASK);
+            positions.map(of).collect_into_vec(&mut self.reached);
         } else if ahead {
             let part = |v: DVec3| AHEAD * v;
             let of_last = |Twist { linear, angular }| Twist { linear: part(linear), angular: part(angular) };
-            self.reached.extend((0..bodies).map(|i| of_last(start.bodies.twist(i))));
+            let last = (0..bodies).into_par_iter().with_min_len(LEAST_BODIES_A_TASK);
+            last.map(|i| of_last(start.bodies.twist(i))).collect_into_vec(&mut self.reached);
         } else {
             self.reached.resize(bodies, Twist::default());
         }

@@ -48,9 +48,9 @@ use first::First;
 use friction::{Making, Stick};
 use glam::DVec3;
 use motions::Motions;
-use narrow_phase::Separate;
+use narrow_phase::{Near, Separate};
 use near::Stages;
-use pairs::Pairs;
+use pairs::{Pairs, Recalled};
 use rayon::prelude::*;
 use row_set::{Contact, RowSet};
 use setup::Setup;
@@ -64,6 +64,12 @@ use trouble::Trouble;
 /// A loop over fewer bodies than this runs on one thread: below it, handing out the work costs more than it saves
 /// (a body's share of any of these loops is 20 to 100 ns, waking a thread some 5 us).
 const LEAST_BODIES_A_TASK: usize = 512;
+
+/// The same for rows, which take some 200 ns to make.
+const LEAST_ROWS_A_TASK: usize = 256;
+
+/// First rows that are made together before they are appended: few enough to stay in the caches.
+const ROWS_AT_A_TIME: usize = 4_096;
 
 /// The CPU backend. `D` is [`crate::freedom::PLANAR`] or [`crate::freedom::SPATIAL`]; `T` are the processes that take
 /// steps together.
@@ -154,11 +160,15 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     /// The warm start of the next step: for each pair with rows, their multipliers and the last normal.
     fn warm_start(&self) -> Vec<Warm> {
         let mut warm = self.rows.warm_start(&self.pairs, &self.trial.scaled);
-        for w in warm.iter_mut().filter(|_| self.start.proxies.is_empty()) {
+        let Cpu { setup, start, trial, .. } = self;
+        let at_wall = |w: &mut Warm| {
             if let Some(surface) = surface_of(w.pair[1]) {
-                let placed = self.trial.placed(&self.start, w.pair[0] as usize);
-                w.normal = walls::normal_at(self.start.walls(&self.setup), &placed, surface, w.feature);
+                let placed = trial.placed(start, w.pair[0] as usize);
+                w.normal = walls::normal_at(start.walls(setup), &placed, surface, w.feature);
             }
+        };
+        if start.proxies.is_empty() && !setup.walls.is_empty() {
+            warm.par_iter_mut().with_min_len(LEAST_ROWS_A_TASK).for_each(at_wall);
         }
         warm
     }
@@ -241,14 +251,21 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             first.overlap = first.overlap.max(setup.bonds.rigid_stretch(&start.bodies));
         }
         let making = Making { setup, start, motions, stick: *stick };
-        for (near, recalled) in near.iter().zip(recalled) {
+        let make = |(near, recalled): (&Near, &Recalled)| {
             let near = stages.at_end_lengths(*near);
             let mut contact = making.contact(&near, &first.reached, recalled.tangent);
-            if let Some(bounce) = start.bounce(setup, motions, &near) {
-                contact.normal.1 -= bounce.apart;
-                rows.bounces(bounce);
+            let bounce = start.bounce(setup, motions, &near);
+            contact.normal.1 -= bounce.map_or(0.0, |bounce| bounce.apart);
+            (contact, bounce)
+        };
+        let mut made = Vec::new();
+        for (near, recalled) in near.chunks(ROWS_AT_A_TIME).zip(recalled.chunks(ROWS_AT_A_TIME)) {
+            let both = near.par_iter().zip(recalled).with_min_len(LEAST_ROWS_A_TASK);
+            both.map(make).collect_into_vec(&mut made);
+            for ((near, recalled), (contact, bounce)) in near.iter().zip(recalled).zip(&made) {
+                bounce.iter().for_each(|bounce| rows.bounces(*bounce));
+                rows.append_first(near, contact, recalled.gamma);
             }
-            rows.append_first(&near, &contact, recalled.gamma);
         }
         if start.middle.is_some() {
             start.make_proxies(setup)?;
@@ -263,8 +280,10 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let Cpu { setup, start, motions, pairs, stick, rows, trial, phases, .. } = self;
         let making = Making { setup, start, motions, stick: *stick };
         timed(&mut phases.narrow_phase, || {
-            for near in trial.violations(setup, start) {
-                let mut contact: Contact<D> = making.contact(&near, &trial.twist, DVec3::ZERO);
+            let violations = trial.violations(setup, start);
+            let make = |near: &Near| making.contact(near, &trial.twist, DVec3::ZERO);
+            let contacts: Vec<Contact<D>> = violations.par_iter().with_min_len(LEAST_ROWS_A_TASK).map(make).collect();
+            for (near, mut contact) in violations.into_iter().zip(contacts) {
                 if !(tightens && rows.tighten(&near, pairs, &contact.normal.0, &trial.scaled)) {
                     contact.normal.1 -= surplus.asked(-near.found.separation);
                     rows.append(&near, &contact, 0.0);

@@ -16,7 +16,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// A loop over fewer pairs than this runs on one thread: the branches of a pair of rods take some 50 ns.
-const LEAST_PAIRS_A_TASK: usize = 512;
+pub(super) const LEAST_PAIRS_A_TASK: usize = 512;
 
 /// The stages that first rows are made from.
 #[derive(Clone, Copy)]
@@ -48,16 +48,18 @@ impl Stages<'_> {
         }
         if start.middle.is_none() {
             let deepest = |deepest: f64, near: &Near| deepest.max(-near.found.separation);
+            // The largest is the same in any order.
             // What a wall's motion makes of a start is no overlap of the start.
             let before = start.walls_before().map(|walls| {
                 let limit = |i: usize| if start.is_idle(i) { f64::NEG_INFINITY } else { 0.0 };
                 walls::near(walls, start.bodies.len(), placed, limit)
             });
-            let of_bodies = |deepest: f64, near: &Near| {
+            let of_bodies = |near: &Near| {
                 let places = near.pair.map(|i| first.pose(i as usize).position);
-                deepest.max(-start.separation_before(setup, places, &near.found))
+                -start.separation_before(setup, places, &near.found)
             };
-            let overlap = found.iter().fold(0.0, of_bodies);
+            let overlaps = found.par_iter().with_min_len(LEAST_PAIRS_A_TASK).map(of_bodies);
+            let overlap = overlaps.reduce(|| 0.0, f64::max);
             let overlap = before.as_ref().unwrap_or(&walls).iter().fold(overlap, deepest);
             first.overlap = overlap;
         }

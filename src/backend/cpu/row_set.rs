@@ -9,6 +9,7 @@ use crate::lcp::{Cone, Problem};
 use crate::walls::{in_rows, of_rows};
 use crate::warm::Warm;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// The rows of a contact: its normal row, and where it has friction its tangent rows.
 #[derive(Clone, Copy)]
@@ -67,6 +68,9 @@ pub(super) struct BondRows<const D: usize> {
     /// Whether it resists turns.
     pub(super) turns: bool,
 }
+
+/// A pass over fewer rows than this runs on one thread: a row takes some 10 ns.
+const LEAST_ROWS_A_PASS: usize = 2_048;
 
 /// The feature of rows of bonds.
 const FEATURE_OF_BONDS: u32 = u32::MAX;
@@ -276,6 +280,13 @@ impl<const D: usize> RowSet<D> {
         self.problem.cones.get(row) == Some(&Cone::Tangent)
     }
 
+    /// Whether a normal row pushes whose pair is `asked` for.
+    pub(super) fn any_pushes(&self, asked: impl Fn([u32; 2]) -> bool + Sync) -> bool {
+        let rows = self.problem.pair.par_iter().zip(&self.gamma).enumerate().with_min_len(LEAST_ROWS_A_PASS);
+        let pair = |pair: &[u32; 2]| pair.map(|place| of_rows(place, self.bodies));
+        rows.any(|(row, (places, gamma))| *gamma > 0.0 && self.is_contact(row) && asked(pair(places)))
+    }
+
     /// The normal rows that push, and their multipliers.
     pub(super) fn pushing_rows(&self) -> impl Iterator<Item = (&[u32; 2], f64)> {
         let rows = self.problem.pair.iter().zip(&self.gamma).enumerate();
@@ -355,7 +366,7 @@ impl<const D: usize> RowSet<D> {
     }
 
     /// The same of the pairs that are `asked` for: checked before rows are sorted, which is more expensive.
-    pub(super) fn pushing_of(&self, least: f64, asked: impl Fn([u32; 2]) -> bool) -> Vec<Push> {
+    pub(super) fn pushing_of(&self, least: f64, asked: impl Fn([u32; 2]) -> bool + Sync) -> Vec<Push> {
         let mut pushing: Vec<Push> = Vec::new();
         let pushes = |row: &u32| {
             let at = *row as usize;
@@ -363,7 +374,8 @@ impl<const D: usize> RowSet<D> {
                 && self.is_contact(at)
                 && asked(self.problem.pair[at].map(|place| of_rows(place, self.bodies)))
         };
-        let mut order: Vec<u32> = (0..self.gamma.len() as u32).filter(pushes).collect();
+        let rows = (0..self.gamma.len() as u32).into_par_iter().with_min_len(LEAST_ROWS_A_PASS);
+        let mut order: Vec<u32> = rows.filter(pushes).collect();
         let key = |row: &u32| (self.problem.pair[*row as usize], self.feature[*row as usize], *row);
         order.sort_unstable_by_key(key);
         for row in order {
@@ -476,9 +488,9 @@ impl<const D: usize> RowSet<D> {
             normal: DVec3::ZERO,
             tangent: self.kept_friction(row, scaled),
         };
-        let rows = (0..self.gamma.len()).filter(|row| self.is_contact(*row));
-        let mut warm: Vec<Warm> = rows.map(of_row).collect();
-        warm.sort_by_key(|w| (w.pair, w.feature));
+        let rows = (0..self.gamma.len()).into_par_iter().with_min_len(LEAST_ROWS_A_PASS);
+        let mut warm: Vec<Warm> = rows.filter(|row| self.is_contact(*row)).map(of_row).collect();
+        warm.par_sort_by_key(|w| (w.pair, w.feature));
         warm.dedup_by(|later, first| {
             let same = (later.pair, later.feature) == (first.pair, first.feature);
             if same {

@@ -3,6 +3,7 @@
 use super::LEAST_BODIES_A_TASK;
 use super::motions::Motions;
 use super::narrow_phase::Near;
+use super::near::LEAST_PAIRS_A_TASK;
 use super::row_set::RowSet;
 use super::setup::Setup;
 use super::start::Start;
@@ -45,7 +46,8 @@ impl<const D: usize> Trial<D> {
     pub(super) fn rests(&self) -> Vec<bool> {
         let of_body = |(seen, now): (&Pose, &Pose)| seen == now;
         if self.seen.len() == self.poses.len() {
-            self.seen.iter().zip(&self.poses).map(of_body).collect()
+            let both = self.seen.par_iter().zip(&self.poses).with_min_len(LEAST_BODIES_A_TASK);
+            both.map(of_body).collect()
         } else {
             Vec::new()
         }
@@ -74,13 +76,16 @@ impl<const D: usize> Trial<D> {
             .unzip_into_vecs(&mut self.twist, &mut self.poses);
         let finite = |t: &Twist| t.linear.is_finite() && t.angular.is_finite();
         // Other processes check their bodies.
-        let mut own = (0..self.twist.len()).filter(|i| !start.is_foreign(*i));
-        if let Some(body) = own.clone().find(|i| !finite(&self.twist[*i])) {
+        let own = || {
+            let all = (0..self.twist.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK);
+            all.filter(|i| !start.is_foreign(*i))
+        };
+        if let Some(body) = own().find_first(|i| !finite(&self.twist[*i])) {
             return Some(Trouble { kind: 0, body, number: 0.0 });
         }
         // A finite velocity can still be too large to arrive anywhere: the square of a quaternion's length overflows.
         let arrives = |p: &Pose| p.position.is_finite() && p.orientation.is_normalized();
-        let lost = own.find(|i| !arrives(&self.poses[*i]));
+        let lost = own().find_first(|i| !arrives(&self.poses[*i]));
         lost.map(|body| Trouble { kind: 1, body, number: 0.0 })
     }
 
@@ -101,12 +106,15 @@ impl<const D: usize> Trial<D> {
 
     /// Moves bodies to the trial.
     pub(super) fn arrive(&self, bodies: &mut Bodies, arrived: &[Twist]) {
-        for (i, (pose, twist)) in self.poses.iter().zip(arrived).enumerate() {
-            bodies.position[i] = pose.position;
-            bodies.orientation[i] = pose.orientation;
-            bodies.velocity[i] = twist.linear;
-            bodies.angular_velocity[i] = twist.angular;
-        }
+        let places = bodies.position.par_iter_mut().zip(&mut bodies.orientation);
+        let velocities = bodies.velocity.par_iter_mut().zip(&mut bodies.angular_velocity);
+        let all = places.zip(velocities).zip(self.poses.par_iter().zip(arrived));
+        all.with_min_len(LEAST_BODIES_A_TASK).for_each(
+            |(((position, orientation), (linear, angular)), (pose, twist))| {
+                (*position, *orientation) = (pose.position, pose.orientation);
+                (*linear, *angular) = (twist.linear, twist.angular);
+            },
+        );
     }
 
     pub(super) fn placed(&self, start: &Start, i: usize) -> Placed {
@@ -167,22 +175,22 @@ impl<const D: usize> Trial<D> {
     /// All violations: overlaps above the limit, one for each pair with the paper's rows, otherwise one for each
     /// branch.
     pub(super) fn violations(&self, setup: &Setup, start: &Start) -> Vec<Near> {
-        let over = self.overlapping.iter().filter(|near| near.found.separation < -self.violating);
+        let over = |near: &&Near| near.found.separation < -self.violating;
         if setup.rows == Rows::Paper {
-            return over.copied().collect();
+            return self.overlapping.iter().filter(over).copied().collect();
         }
-        let mut violated = Vec::new();
-        for near in over {
+        let of_pair = |near: &Near| {
             if surface_of(near.pair[1]).is_some() {
-                violated.push(*near);
-                continue;
+                return vec![*near];
             }
+            let mut violated = Vec::new();
             let [a, b] = near.pair.map(|i| i as usize);
             let [of_a, of_b] = self.pair(start, a, b);
             branches(&of_a, &of_b, &near.found, -self.violating - near.found.separation, |feature, found| {
                 violated.push(Near { pair: near.pair, feature, found });
             });
-        }
-        violated
+            violated
+        };
+        self.overlapping.par_iter().with_min_len(LEAST_PAIRS_A_TASK).filter(over).flat_map_iter(of_pair).collect()
     }
 }

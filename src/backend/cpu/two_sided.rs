@@ -5,12 +5,14 @@ use super::Cpu;
 use super::friction::Making;
 use super::narrow_phase::Near;
 use super::row_set::{Contact, Push};
+use super::start::Start;
 use super::team::Team;
+use super::trial::Trial;
 use crate::dynamics::{self, Twist, draw};
 use crate::freedom::{PLANAR, SPATIAL, unpack};
 use crate::separation::{Placed, branch};
 use crate::step::{Effect, Loosened, TORN, TwoSided, Wedge};
-use crate::walls::{of_rows, surface_of};
+use crate::walls::surface_of;
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,6 +31,46 @@ const LEAST_GAP: f64 = 0.005;
 
 /// What rounding makes of the work of contact, in parts of that on the bodies.
 const ROUNDING_OF_WORK: f64 = 1e-9;
+
+/// The bodies of a step and their trial, which threads share.
+#[derive(Clone, Copy)]
+struct AtTrial<'a, const D: usize> {
+    start: &'a Start,
+    trial: &'a Trial<D>,
+}
+
+impl<const D: usize> AtTrial<'_, D> {
+    /// The thickness of the thinner body of a pair.
+    fn thickness(self, [a, b]: [u32; 2]) -> f64 {
+        let of = |number: u32| match surface_of(number) {
+            Some(_) => f64::INFINITY,
+            None => self.start.bodies.shape[number as usize].thickness(),
+        };
+        of(a).min(of(b))
+    }
+
+    /// How far apart a push may end at most: the two points of a contact that pushes meet by its rows, and come apart
+    /// by what they move. Rows may be made elsewhere, for which there is twice as much.
+    ///
+    /// Two bodies are no farther apart than two balls inside of them that touch where the rows were made. These part by
+    /// the square of how far they slide past each other.
+    fn may_part(self, pair: [u32; 2]) -> f64 {
+        let dt = self.start.interval;
+        let part = |number: u32| match surface_of(number) {
+            Some(_) => (DVec3::ZERO, 0.0, 0.0),
+            None => {
+                let Twist { linear, angular } = self.trial.twist[number as usize];
+                let shape = &self.start.bodies.shape[number as usize];
+                (dt * linear, dt * angular.length() * shape.bounding_radius(), shape.inner_ball_radius())
+            }
+        };
+        let [(a, turned_a, ball_a), (b, turned_b, ball_b)] = pair.map(part);
+        let slide = 2.0 * ((b - a).length() + turned_a + turned_b);
+        // At a wall, which may be curved by more than the body: the slide.
+        let ball = ball_a.min(ball_b);
+        if slide < ball { slide * slide / ball } else { slide }
+    }
+}
 
 impl<const D: usize, T: Team> Cpu<D, T> {
     /// The branch of a push with the bodies `placed`; none where a body has no such place at a wall.
@@ -54,12 +96,12 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     }
 
     /// The thickness of the thinner body of a pair.
-    fn thickness(&self, [a, b]: [u32; 2]) -> f64 {
-        let of = |number: u32| match surface_of(number) {
-            Some(_) => f64::INFINITY,
-            None => self.start.bodies.shape[number as usize].thickness(),
-        };
-        of(a).min(of(b))
+    fn thickness(&self, pair: [u32; 2]) -> f64 {
+        self.at_trial().thickness(pair)
+    }
+
+    fn at_trial(&self) -> AtTrial<'_, D> {
+        AtTrial { start: &self.start, trial: &self.trial }
     }
 
     /// How far apart a push may end: the part `gap` of the thickness, and what a slide past each other explains that
@@ -78,39 +120,19 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         gap * thickness + slide * slide / thickness
     }
 
-    /// How far apart a push may end at most: the two points of a contact that pushes meet by its rows, and come apart
-    /// by what they move. Rows may be made elsewhere, for which there is twice as much.
-    ///
-    /// Two bodies are no farther apart than two balls inside of them that touch where the rows were made. These part by
-    /// the square of how far they slide past each other.
-    fn may_part(&self, pair: [u32; 2]) -> f64 {
-        let dt = self.start.interval;
-        let part = |number: u32| match surface_of(number) {
-            Some(_) => (DVec3::ZERO, 0.0, 0.0),
-            None => {
-                let Twist { linear, angular } = self.trial.twist[number as usize];
-                let shape = &self.start.bodies.shape[number as usize];
-                (dt * linear, dt * angular.length() * shape.bounding_radius(), shape.inner_ball_radius())
-            }
-        };
-        let [(a, turned_a, ball_a), (b, turned_b, ball_b)] = pair.map(part);
-        let slide = 2.0 * ((b - a).length() + turned_a + turned_b);
-        // At a wall, which may be curved by more than the body: the slide.
-        let ball = ball_a.min(ball_b);
-        if slide < ball { slide * slide / ball } else { slide }
-    }
-
     /// How far apart a push ends, beyond what restitution wants.
     fn apart(&self, near: &Near) -> f64 {
         near.found.separation - self.rows.bounced(near)
     }
 
-    /// The branches that push and may end farther apart than `least`, where they are at the trial.
-    fn pushing_at_trial(&self, least: impl Fn([u32; 2]) -> f64) -> Vec<(Push, Near)> {
+    /// The branches that push and may end farther apart than the part `least` of the thickness, where they are at the
+    /// trial.
+    fn pushing_at_trial(&self, least: f64) -> Vec<(Push, Near)> {
         let placed = |i: usize| self.trial.placed(&self.start, i);
         // Images of a cell that is sheared or changes move too.
         let images_move = self.setup.strain.is_some();
-        let may_be_apart = |pair| images_move || self.may_part(pair) > least(pair);
+        let at_trial = self.at_trial();
+        let may_be_apart = |pair| images_move || at_trial.may_part(pair) > least * at_trial.thickness(pair);
         let pushing = self.rows.pushing_of(self.solve.tolerance(), may_be_apart);
         pushing.into_iter().filter_map(|push| Some((push, self.branch_of(&push, placed)?))).collect()
     }
@@ -119,7 +141,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let bounded = self.setup.has_inertia && !self.does_work() && !self.start.parting;
         let mut effect = Effect { energy_allowed: if bounded { 0.0 } else { f64::INFINITY }, ..Effect::default() };
         if self.start.proxies.is_empty() {
-            for (push, near) in self.pushing_at_trial(|pair| LEAST_GAP.min(gap) * self.thickness(pair)) {
+            for (push, near) in self.pushing_at_trial(LEAST_GAP.min(gap)) {
                 self.add_push(&mut effect, &push, &near, gap);
             }
             if bounded {
@@ -318,15 +340,12 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
     }
 
     fn throws(&self, gap: f64) -> bool {
-        let bodies = self.start.bodies.len();
-        self.rows.pushing_rows().any(|(pair, _)| {
-            let pair = pair.map(|place| of_rows(place, bodies));
-            self.may_part(pair) > gap * self.thickness(pair)
-        })
+        let at_trial = self.at_trial();
+        self.rows.any_pushes(|pair| at_trial.may_part(pair) > gap * at_trial.thickness(pair))
     }
 
     fn catch(&mut self, gap: f64, size: f64) -> usize {
-        let thrown = self.pushing_at_trial(|pair| gap * self.thickness(pair));
+        let thrown = self.pushing_at_trial(gap);
         let thrown = thrown.iter().filter(|(_, near)| self.apart(near) > self.allowed_gap(near.pair, gap));
         let thrown: Vec<Push> = thrown.map(|(push, _)| *push).collect();
         if thrown.is_empty() {
@@ -342,7 +361,7 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
     fn loosen(&mut self, gap: f64) -> Loosened {
         let mut of = BTreeMap::new();
         let mut rebuilt = Vec::new();
-        for (push, near) in self.pushing_at_trial(|pair| gap * self.thickness(pair)) {
+        for (push, near) in self.pushing_at_trial(gap) {
             if self.apart(&near) > self.allowed_gap(near.pair, gap) {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);

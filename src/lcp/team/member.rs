@@ -17,17 +17,9 @@ use std::ops::Range;
 /// One thread's share of a problem.
 pub(super) struct Member<'a, const D: usize> {
     shared: &'a Shared,
-    pub rows: Range<usize>,
+    rows: Range<usize>,
     bodies: Range<usize>,
-    /// Rows of earlier members at its bodies, by body: the row, the body, the block.
-    before: Vec<(u32, u32, [f64; D])>,
-    /// The bodies of these rows: others need their velocities.
-    given: Vec<u32>,
-    /// Its rows with bodies of later members, by its own indices, and these bodies.
-    across: Vec<u32>,
-    taken: Vec<u32>,
-    /// The velocities of all bodies; valid for its own, and after an exchange for those that it reads.
-    velocity: Vec<[f64; D]>,
+    links: Links<D>,
     sums: Sums<'a>,
     diagonals: Diagonals<'a>,
     q: &'a [f64],
@@ -37,6 +29,19 @@ pub(super) struct Member<'a, const D: usize> {
     blocks: pair_blocks::Part<'a>,
     products: u64,
     noted: Vec<f64>,
+}
+
+/// What connects a member's rows and bodies with those of other members.
+pub(super) struct Links<const D: usize> {
+    /// Rows of earlier members at its bodies, by body: the row, the body, the block.
+    before: Vec<(u32, u32, [f64; D])>,
+    /// The bodies of these rows: others need their velocities.
+    given: Vec<u32>,
+    /// Its rows with bodies of later members, by its own indices, and these bodies.
+    across: Vec<u32>,
+    taken: Vec<u32>,
+    /// The velocities of all bodies; valid for its own, and after an exchange for those that it reads.
+    velocity: Vec<[f64; D]>,
 }
 
 /// The distribution of a problem: for each member some chunks of rows, and bodies with about as many rows.
@@ -65,20 +70,11 @@ impl Parts {
     }
 }
 
-impl<'a, const D: usize> Member<'a, D> {
-    /// All members.
-    pub fn of_all(mut whole: Whole<'a, D>, shared: &'a Shared, members: usize) -> Vec<Self> {
-        let parts = Parts::new(&whole, members);
-        let of = |k: usize| Member::new(&mut whole, shared, &parts, k);
-        (0..members).map_while(of).collect()
-    }
-
-    /// Member `k`, with the first of the remaining blocks.
-    fn new(whole: &mut Whole<'a, D>, shared: &'a Shared, parts: &Parts, k: usize) -> Option<Self> {
-        let (of, rows, bodies) = (parts.chunks[k].clone(), parts.rows[k].clone(), parts.bodies[k].clone());
-        let (part, rest) = whole.blocks.take()?.split_at(of.len());
-        whole.blocks = Some(rest);
-        let Whole { diagonals, q, compliance, pair, jacobian, incidence, chunks, products, .. } = *whole;
+impl<const D: usize> Links<D> {
+    /// Those of member `k`.
+    pub fn new(whole: &Whole<'_, D>, parts: &Parts, k: usize) -> Self {
+        let (rows, bodies) = (parts.rows[k].clone(), parts.bodies[k].clone());
+        let Whole { pair, jacobian, incidence, .. } = *whole;
         let mut before = Vec::new();
         for body in bodies.clone() {
             let early = incidence.of(body).iter().take_while(|entry| ((**entry / 2) as usize) < rows.start);
@@ -94,25 +90,41 @@ impl<'a, const D: usize> Member<'a, D> {
         let mut taken: Vec<u32> = across.iter().map(|row| sorted(pair[rows.start + *row as usize])[1]).collect();
         taken.sort_unstable();
         taken.dedup();
-        Some(Member {
+        Links { before, given, across, taken, velocity: vec![[0.0; D]; incidence.start.len() - 1] }
+    }
+}
+
+impl<'a, const D: usize> Member<'a, D> {
+    /// Member `k`, with the blocks of its rows.
+    pub fn new(
+        whole: &Whole<'a, D>,
+        shared: &'a Shared,
+        (parts, k): (&Parts, usize),
+        blocks: pair_blocks::Part<'a>,
+        links: Links<D>,
+    ) -> Self {
+        let (of, rows, bodies) = (parts.chunks[k].clone(), parts.rows[k].clone(), parts.bodies[k].clone());
+        let Whole { diagonals, q, compliance, pair, jacobian, chunks, products, .. } = *whole;
+        Member {
             shared,
             bodies,
-            before,
-            given,
-            across,
-            taken,
-            velocity: vec![[0.0; D]; incidence.start.len() - 1],
+            links,
             sums: Sums { shared, chunks: chunks.share(&of).0, first: of.start, all: chunks.len(), turn: Cell::new(0) },
             diagonals: diagonals.of(rows.clone()),
             q: &q[rows.clone()],
             compliance,
             pair: &pair[rows.clone()],
             jacobian: &jacobian[rows.clone()],
-            blocks: part,
+            blocks,
             products,
             noted: whole.noted.clone(),
             rows,
-        })
+        }
+    }
+
+    /// What the member of the next round is made from.
+    pub fn into_links(self) -> Links<D> {
+        self.links
     }
 }
 
@@ -153,21 +165,22 @@ impl<const D: usize> Member<'_, D> {
     fn find_velocities(&mut self, x: &[f64]) {
         self.products += 1;
         let (shared, board) = (self.shared, &self.shared.board);
-        for row in self.across.iter().map(|row| *row as usize) {
+        let Links { before, given, across, taken, velocity } = &mut self.links;
+        for row in across.iter().map(|row| *row as usize) {
             board.x.put(self.rows.start + row, &x[row..=row]);
         }
         shared.meet();
-        self.velocity[self.bodies.clone()].fill([0.0; D]);
-        for (row, body, block) in &self.before {
-            add(&mut self.velocity[*body as usize], board.x.get(*row as usize), block);
+        velocity[self.bodies.clone()].fill([0.0; D]);
+        for (row, body, block) in &*before {
+            add(&mut velocity[*body as usize], board.x.get(*row as usize), block);
         }
-        scatter_onto(self.pair, self.jacobian, x, &mut self.velocity);
-        for body in self.given.iter().map(|body| *body as usize) {
-            board.velocity.put(D * body, &self.velocity[body]);
+        scatter_onto(self.pair, self.jacobian, x, velocity);
+        for body in given.iter().map(|body| *body as usize) {
+            board.velocity.put(D * body, &velocity[body]);
         }
         shared.meet();
-        for body in self.taken.iter().map(|body| *body as usize) {
-            self.velocity[body] = board.velocity.block(D * body);
+        for body in taken.iter().map(|body| *body as usize) {
+            velocity[body] = board.velocity.block(D * body);
         }
     }
 }
@@ -179,7 +192,7 @@ impl<const D: usize> OnRows for Member<'_, D> {
 
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         self.find_velocities(x);
-        along(self.pair, self.jacobian, &self.velocity, out);
+        along(self.pair, self.jacobian, &self.links.velocity, out);
     }
 
     fn minimize_pairs(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
@@ -223,7 +236,7 @@ impl<const D: usize> OnRows for Member<'_, D> {
         let numbers = self.numbers();
         self.sums.join(start, join, |rows| {
             let out = &mut out[rows.clone()];
-            along(&self.pair[rows.clone()], &self.jacobian[rows.clone()], &self.velocity, out);
+            along(&self.pair[rows.clone()], &self.jacobian[rows.clone()], &self.links.velocity, out);
             chunk(rows, &numbers, out)
         })
     }

@@ -7,17 +7,16 @@
 
 mod member;
 mod pace;
+mod seats;
 mod shared;
 
 use super::cpu::Cpu;
 use super::drive::{Drive, Point, Progress, SolveState};
 use super::pair_block_cg::PairBlockCg;
 use super::portion::Portion;
-use super::verbs::Verbs;
 use super::{Settings, Status};
-use member::Member;
 use pace::Pace;
-use shared::Shared;
+use seats::Seats;
 use std::time::Instant;
 
 /// The smallest number of rows per thread. An iteration on these takes some 15 microseconds, and its barriers two to
@@ -48,9 +47,10 @@ pub(super) fn run<const D: usize, P: Portion<D>>(
     mut goes_on: impl FnMut(&Cpu<D, P>, &Point<Vec<f64>>, Progress) -> bool,
 ) -> (Status, u64, f64) {
     let mut state = drive.begin(cpu, method, settings);
+    let mut seats = Seats::none();
     let status = loop {
         let ended = match team {
-            Some(team) if cpu.portion.has_threads() => team.go(cpu, drive, method, &mut state, pauses),
+            Some(team) if cpu.portion.has_threads() => team.go(cpu, drive, method, (&mut state, &mut seats), pauses),
             _ => drive.go(cpu, method, &mut state, 1, pauses),
         };
         match ended {
@@ -59,6 +59,7 @@ pub(super) fn run<const D: usize, P: Portion<D>>(
             None => break Status::MaxIterations,
         }
     };
+    seats.leave(drive, method);
     drive.end(cpu, &state, status)
 }
 
@@ -74,7 +75,7 @@ impl Team {
         cpu: &mut Cpu<D, P>,
         drive: &mut Drive<Vec<f64>>,
         method: &mut Method,
-        state: &mut SolveState<f64>,
+        (state, seats): (&mut SolveState<f64>, &mut Seats<D>),
         pauses: &(impl Fn(Progress) -> bool + Sync),
     ) -> Option<Status> {
         let rows = drive.at.x.len();
@@ -87,7 +88,7 @@ impl Team {
         let (begun, before) = (Instant::now(), state.progress().iterations);
         let mut ended = None;
         if team {
-            match together(members, cpu, drive, method, state, pauses) {
+            match seats.go(members, cpu, drive, method, state, pauses) {
                 Some(of_team) => ended = of_team,
                 None => {
                     team = false;
@@ -96,6 +97,7 @@ impl Team {
             }
         }
         if !team {
+            seats.leave(drive, method);
             ended = drive.go(cpu, method, state, 1, pauses);
         }
         let (iterations, time) = (state.progress().iterations - before, begun.elapsed());
@@ -104,78 +106,6 @@ impl Team {
         self.pace.note(team, rows, iterations, time);
         ended
     }
-}
-
-/// The data of one member.
-struct Share {
-    drive: Drive<Vec<f64>>,
-    method: Method,
-    state: SolveState<f64>,
-}
-
-/// [`Drive::go`] on this many threads, if all of them start.
-fn together<const D: usize, P: Portion<D>>(
-    members: usize,
-    cpu: &mut Cpu<D, P>,
-    drive: &mut Drive<Vec<f64>>,
-    method: &mut Method,
-    state: &mut SolveState<f64>,
-    pauses: &(impl Fn(Progress) -> bool + Sync),
-) -> Option<Option<Status>> {
-    let whole = cpu.whole();
-    let bodies = whole.incidence.start.len() - 1;
-    let shared = Shared::new(members, drive.at.x.len(), D * bodies, whole.chunks.len());
-    let noted = whole.noted.clone();
-    let mut members = Member::of_all(whole, &shared, members);
-    let mut shares: Vec<Share> = members.iter().map(|member| share(member, drive, method, state)).collect();
-    if let Some(first) = shares.first_mut() {
-        first.drive.history = drive.history.take();
-    }
-    let work = |member: &mut Member<D>, share: &mut Share| {
-        let _guard = shared.guard();
-        share.drive.go(member, &mut share.method, &mut share.state, 1, pauses)
-    };
-    let ended = rayon::scope(|scope| {
-        let mut all = members.iter_mut().zip(&mut shares);
-        let first = all.next();
-        for (member, share) in all {
-            let (work, shared) = (&work, &shared);
-            scope.spawn(move |_| {
-                if shared.join() {
-                    work(member, share);
-                }
-            });
-        }
-        first.filter(|_| shared.gather()).map(|(member, share)| work(member, share))
-    });
-    if ended.is_some() {
-        for (member, share) in members.iter().zip(&shares) {
-            let rows = member.rows.clone();
-            drive.take_back(rows.clone(), &share.drive);
-            method.take_back(rows, &share.method);
-        }
-    }
-    let products = members.first().map_or(0, |member| member.products());
-    if let Some(first) = shares.into_iter().next() {
-        drive.history = first.drive.history;
-        *state = first.state;
-    }
-    drop(members);
-    match ended {
-        Some(_) => cpu.count(products - cpu.products_made()),
-        None => cpu.put_back(noted),
-    }
-    ended
-}
-
-fn share<const D: usize>(
-    member: &Member<D>,
-    drive: &Drive<Vec<f64>>,
-    method: &Method,
-    state: &SolveState<f64>,
-) -> Share {
-    let rows = member.rows.clone();
-    Share { drive: drive.share(rows.clone()), method: method.share(rows), state: state.clone() }
 }
 
 #[cfg(test)]
@@ -224,12 +154,16 @@ mod tests {
         let mut state = drive.begin(&mut cpu, &mut method, &settings);
         let pauses = |progress: Progress| progress.iterations.is_multiple_of(period);
         let mut rounds = members.iter().cycle();
+        let mut seats = Seats::none();
         let status = loop {
             let ended = match rounds.next() {
-                Some(1) | None => drive.go(&mut cpu, &mut method, &mut state, 1, &pauses),
+                Some(1) | None => {
+                    seats.leave(&mut drive, &mut method);
+                    drive.go(&mut cpu, &mut method, &mut state, 1, &pauses)
+                }
                 Some(members) => {
                     // On a busy machine threads may take long to start.
-                    let mut come = || together(*members, &mut cpu, &mut drive, &mut method, &mut state, &pauses);
+                    let mut come = || seats.go(*members, &mut cpu, &mut drive, &mut method, &mut state, &pauses);
                     let work = || (0..TRIES).find_map(|_| come());
                     rayon::ThreadPoolBuilder::new().num_threads(*members).build().unwrap().install(work)
                 }
@@ -239,6 +173,7 @@ mod tests {
                 break status;
             }
         };
+        seats.leave(&mut drive, &mut method);
         let ended = drive.end(&mut cpu, &state, status);
         let numbers = drive.at.x.iter().chain(&drive.at.g).map(|number| number.to_bits()).collect();
         Solved { ended, products: cpu.products_made(), numbers, history: drive.history }

@@ -101,6 +101,11 @@ impl Shared {
         }
     }
 
+    /// Begins another round, whose members are still to come.
+    pub fn form(&mut self) {
+        (*self.present.get_mut(), *self.formation.get_mut()) = (0, FORMING);
+    }
+
     /// The first member waits for the others. Returns whether all arrived in time: busy threads may take long, and an
     /// incomplete team would wait forever.
     pub fn gather(&self) -> bool {
