@@ -98,6 +98,17 @@ impl Inner {
         Inner { gamma: lack(gap) + shift * (shift / slack), slack }
     }
 
+    /// The pair with a complementarity of `shift` squared that is nearest to this multiplier and gap in its difference.
+    #[inline]
+    pub fn near(gamma: f64, gap: f64, shift: f64) -> Self {
+        let half = 0.5 * (gamma - project(gap));
+        let root = half.hypot(shift);
+        // The larger one first: the other would be a difference of nearly equal numbers.
+        let larger = half.abs() + root;
+        let smaller = shift * (shift / larger);
+        if half > 0.0 { Inner { gamma: larger, slack: smaller } } else { Inner { gamma: smaller, slack: larger } }
+    }
+
     /// Zero if the two are complementary.
     #[inline]
     pub fn complementarity(self) -> f64 {
@@ -217,6 +228,19 @@ mod tests {
             assert_eq!(is_open(g, s, x), is_bound(scaled - g) && scaled != g, "{g} {s} {x}");
         }
         assert!(is_open(-1.0, 0.0, 1.0));
+    }
+
+    #[test]
+    fn the_pair_near_an_approximate_solution_has_its_difference_and_the_complementarity_asked_for() {
+        for (gamma, gap) in [(0.0, 0.7), (0.7, 0.0), (0.7, -0.2), (0.3, 0.2), (0.0, -0.2), (0.0, 0.0), (5e3, 1e-9)] {
+            for shift in [1e-6, 0.1] {
+                let pair = Inner::near(gamma, gap, shift);
+                assert!(pair.gamma > 0.0 && pair.slack > 0.0, "{gamma} {gap}");
+                assert!((pair.complementarity() / (shift * shift) - 1.0).abs() < 1e-14, "{gamma} {gap}");
+                let apart = pair.gamma - pair.slack - (gamma - project(gap));
+                assert!(apart.abs() <= 1e-15 * (gamma + gap.abs() + shift), "{gamma} {gap}: {apart:e}");
+            }
+        }
     }
 
     #[test]

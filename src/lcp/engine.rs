@@ -7,7 +7,7 @@ use super::cluster_cg::ClusterCg;
 use super::cpu::Cpu;
 use super::dense::Dense;
 use super::drive::{Drive, Progress};
-use super::interior_point::InteriorPoint;
+use super::interior_point::{InteriorPoint, Manner};
 use super::pair_block_cg::PairBlockCg;
 use super::portion::Portion;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
@@ -97,7 +97,7 @@ impl<const D: usize, P: Portion<D>> Engine<D, P> {
             }
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
             // As in the driver: small multipliers of the last step do not make a start a solution.
-            Engine::InteriorPoint(method) => method.run(cpu, drive, settings, 0.0),
+            Engine::InteriorPoint(method) => method.run(cpu, drive, settings, 0.0, Manner::Exact),
         };
         let factorizations = match self {
             Engine::InteriorPoint(method) => method.factorizations(),

@@ -18,7 +18,7 @@
 
 use super::cone::{lack, worse};
 use super::engine::Task;
-use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
+use super::interior_point::{InteriorPoint, MOST_ITERATIONS, Manner};
 use super::pair_block_cg::PairBlockCg;
 use super::portion::Portion;
 use super::solver::Solver;
@@ -190,7 +190,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         cpu.import(start, &mut drive.at.x);
         method.forget();
         let few = Settings { max_iterations: settings.max_iterations.min(MOST_ITERATIONS), ..*settings };
-        let (mut status, mut iterations, mut residual) = method.run(cpu, drive, &few, 0.0);
+        let (mut status, mut iterations, mut residual) = method.run(cpu, drive, &few, 0.0, Manner::Exact);
         if status == Status::TooLarge {
             (status, iterations, residual) = drive.run(cpu, &mut PairBlockCg::new(), settings, 1);
         }

@@ -264,16 +264,21 @@ fn daughters_without_room_to_turn_turn_less_and_the_run_goes_on() {
 }
 
 /// Its contacts are rigid to first order, for which the run ended with "no room" though space is open: no row shows a
-/// motion along which they open to second order.
+/// motion along which they open to second order. Some steps find it in pieces, others by shaking the cells.
 #[test]
 fn cells_in_a_narrowing_chamber_find_the_way_that_no_constraint_shows() {
-    let scene = Scene::read("tests/data/narrowing-chamber.json").unwrap();
-    let mut simulation = Simulation::new(scene).unwrap();
-    let reports: Vec<StepReport> = (0..2).map(|_| simulation.step().unwrap()).collect();
-    assert!(reports[0].shaken > 0);
-    assert!(largest(&reports, |r| r.max_overlap) <= TOLERANCE);
-    // That of a step in pieces is the sum of its pieces.
-    assert!(largest(&reports, |r| r.largest_move) < 0.6);
+    let mut shaken = 0;
+    for part in [0.5, 1.0, 1.3, 2.0] {
+        let mut scene = Scene::read("tests/data/narrowing-chamber.json").unwrap();
+        scene.time.dt *= part;
+        let mut simulation = Simulation::new(scene).unwrap();
+        let reports: Vec<StepReport> = (0..2).map(|_| simulation.step().unwrap()).collect();
+        shaken += reports[0].shaken;
+        assert!(largest(&reports, |r| r.max_overlap) <= TOLERANCE, "{part}");
+        // That of a step in pieces is the sum of its pieces.
+        assert!(largest(&reports, |r| r.largest_move) < 0.7, "{part}");
+    }
+    assert!(shaken > 0);
 }
 
 /// Its last trial throws cells through each other, for which the run ended with "overlap".

@@ -8,7 +8,7 @@ use super::Outcome;
 use super::cpu::Cpu;
 use super::drive::{Drive, Progress};
 use super::engine::Task;
-use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
+use super::interior_point::{InteriorPoint, MOST_ITERATIONS, Manner};
 use super::local::Local;
 use super::pair_block_cg::PairBlockCg;
 use super::portion::Portion;
@@ -42,8 +42,8 @@ pub(super) struct Auto<const D: usize> {
     local: Option<Local>,
     /// The tolerance that it was created with.
     tightest: f64,
-    /// Whether the method may take as long as the safeguard would, whatever its residuals predict.
-    patient: bool,
+    /// Whether problems have many nearly parallel rows, which slow conjugate gradients down.
+    parallel_rows: bool,
     /// Whether the last problem was solved by the safeguard.
     guarded: bool,
     /// The predicted cost of the safeguard, if computed since the last call of [`Auto::forget`].
@@ -61,7 +61,7 @@ impl<const D: usize> Auto<D> {
             safeguard: InteriorPoint::default(),
             local: Some(Local::default()),
             tightest: tolerance,
-            patient: true,
+            parallel_rows: false,
             guarded: false,
             forecast: None,
             iterated: false,
@@ -70,12 +70,12 @@ impl<const D: usize> Auto<D> {
 
     /// Tunes it for problems with many nearly parallel rows, which slow conjugate gradients down.
     pub fn for_parallel_rows(&mut self) {
-        (self.local, self.patient, self.team) = (None, false, None);
+        (self.local, self.parallel_rows, self.team) = (None, true, None);
     }
 
     /// The tolerance that it was created with, if it may solve islands one by one: not with many nearly parallel rows.
     pub fn for_islands(&self) -> Option<f64> {
-        self.patient.then_some(self.tightest)
+        (!self.parallel_rows).then_some(self.tightest)
     }
 
     /// Drops the state from the last problem, because the next one differs much.
@@ -94,7 +94,7 @@ impl<const D: usize> Auto<D> {
             None => self.begin(task),
         };
         // A later problem with few changes is easier than the first one, if its rows are not nearly parallel.
-        self.guarded = outcome.fallback && outcome.status == Status::Solved && !self.patient;
+        self.guarded = outcome.fallback && outcome.status == Status::Solved && self.parallel_rows;
         outcome
     }
 
@@ -158,12 +158,22 @@ impl<const D: usize> Auto<D> {
     }
 
     /// Continues from the present iterate with the safeguard, to this solver's own tolerance if that is tighter: a few
-    /// more factorizations now save another solve.
+    /// more factorizations now save another solve. Where that stalls, it tries once more with gaps that use up the
+    /// tolerance.
     fn guard<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> (Status, u64, f64) {
         let Task { cpu, drive, settings } = task;
-        let tolerance = settings.tolerance.min(self.tightest);
+        let (allowed, tolerance) = (settings.tolerance, settings.tolerance.min(self.tightest));
         let settings = Settings { tolerance, max_iterations: MOST_ITERATIONS };
-        P::solve_whole(cpu, drive, |cpu, drive| self.safeguard.run(cpu, drive, &settings, tolerance))
+        let manner = if self.iterated { Manner::Near } else { Manner::Exact };
+        let lenient = Settings { tolerance: allowed, ..settings };
+        P::solve_whole(cpu, drive, |cpu, drive| {
+            let (status, iterations, residual) = self.safeguard.run(cpu, drive, &settings, tolerance, manner);
+            if !matches!(status, Status::NoProgress | Status::MaxIterations) {
+                return (status, iterations, residual);
+            }
+            let (status, more, residual) = self.safeguard.run(cpu, drive, &lenient, lenient.tolerance, Manner::Lenient);
+            (status, iterations + more, residual)
+        })
     }
 
     /// Iterates until few rows remain unsolved, then solves only these; repeats if needed.
@@ -179,7 +189,8 @@ impl<const D: usize> Auto<D> {
         loop {
             let left = most.saturating_sub(iterations);
             let settings = &Settings { max_iterations: left, ..*settings };
-            let mut goes_on = affordable(&mut self.safeguard, &mut self.forecast, settings.tolerance, self.patient);
+            let mut goes_on =
+                affordable(&mut self.safeguard, &mut self.forecast, settings.tolerance, self.parallel_rows);
             let is_due = |progress: Progress| {
                 let due = progress.iterations >= next && progress.iterations.is_multiple_of(CHECK_EVERY);
                 attempts > 0 && due && progress.residual <= NEARLY * settings.tolerance
@@ -219,7 +230,7 @@ impl<const D: usize> Auto<D> {
             return (Status::NotFinite, 0, f64::INFINITY);
         }
         let pauses = |progress: Progress| progress.iterations.is_multiple_of(WINDOW);
-        let mut worth = affordable(&mut self.safeguard, &mut self.forecast, settings.tolerance, self.patient);
+        let mut worth = affordable(&mut self.safeguard, &mut self.forecast, settings.tolerance, self.parallel_rows);
         team::run(&mut self.team, cpu, drive, &mut self.method, settings, &pauses, |cpu, _, progress| {
             !guarded || worth(cpu, progress)
         })

@@ -17,33 +17,32 @@ pub(super) const WINDOW: u64 = 100;
 /// stagnate at times: 0 to 0.3 cost the same within 3 %.
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 
-/// With nearly parallel rows, the part of that cost that conjugate gradients may still need. 200 LCPs of colonies take
-/// the same time within 4 % with 0 to 0.5, and up to 8 % more with 1.
-const MOST_REMAINING: f64 = 0.25;
+/// The part of that cost that conjugate gradients may still need, as the residuals predict. A colony to 2,048 cells at
+/// dt 0.01 takes the same products with 0 and 0.1, and 1,135 in place of 534 a step where a prediction counts only up to
+/// 1,024 rows. With nearly parallel rows 200 LCPs of colonies take the same time within 4 % with 0 to 0.5, and up to 8 %
+/// more with 1.
+const MOST_REMAINING: f64 = 0.1;
 
-/// Up to this many rows the interior-point method takes over as soon as the residuals show that conjugate gradients are
-/// slow: when cells fill a chamber, nearly singular wedges make residuals fall more and more slowly.
-const MOST_ROWS_WITHOUT_PATIENCE: usize = 1024;
+/// The cost of an iteration beside its rows, which matters if these are few: 176 to 360 rows of a chamber take 10.1
+/// nanoseconds a row and iteration on one idle core, 1,500 to 3,400 of a colony 7.3.
+const NANOSECONDS_OF_AN_ITERATION: f64 = 600.0;
 
-/// The cost of an iteration beside its rows, which matters if these are few: 170 rows of a chamber take 9 microseconds
-/// per iteration on one core, of which 12 nanoseconds per row (November 2026).
-const NANOSECONDS_OF_AN_ITERATION: f64 = 6000.0;
+/// Nanoseconds per row of an iteration of the conjugate gradients, on one idle core: 7.3 to 9.5 for 1,500 to 70,000 rows
+/// (AMD EPYC, November 2026), in the plane and in space. The number of threads changes no decision, so it changes no
+/// bits.
+const NANOSECONDS_OF_A_ROW: f64 = 8.0;
 
-/// Nanoseconds per row of an iteration of the conjugate gradients, on one core: 11 to 16 for 3,000 to 54,000 rows
-/// (November 2026), in the plane and in space. The number of threads changes no decision, so it changes no bits.
-const NANOSECONDS_OF_A_ROW: f64 = 12.0;
-
-/// The same for nearly parallel rows, in the order of their pairs: 18 to 27, and 55 to 65 if they exceed the cache.
-const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 20.0;
+/// The same for nearly parallel rows, in the order of their pairs: in busier hours 1.7 times as much as for others.
+const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 13.0;
 
 /// Decides whether to take one more iteration: yes while all iterations together cost less than the safeguard would,
-/// and, if not `patient`, while the predicted remaining ones cost less than a part of it. Later problems of a step
-/// reuse its first forecast: they have the same pairs and few more.
+/// and the predicted remaining ones cost less than a part of it. Later problems of a step reuse its first forecast: they
+/// have the same pairs and few more.
 pub(super) fn affordable<const D: usize, P: Portion<D>>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,
     tolerance: f64,
-    patient: bool,
+    parallel_rows: bool,
 ) -> impl FnMut(&Cpu<D, P>, Progress) -> bool {
     let mut marks = [f64::INFINITY; 2];
     move |cpu, Progress { iterations, least, .. }| {
@@ -57,13 +56,10 @@ pub(super) fn affordable<const D: usize, P: Portion<D>>(
             return true;
         }
         let cost = *forecast.get_or_insert_with(|| safeguard.forecast(P::gathered(cpu)).unwrap_or(f64::INFINITY));
-        let of_a_row = if patient { NANOSECONDS_OF_A_ROW } else { NANOSECONDS_OF_A_PARALLEL_ROW };
-        let few = patient && cpu.all_rows() <= MOST_ROWS_WITHOUT_PATIENCE;
-        let besides = if few { NANOSECONDS_OF_AN_ITERATION } else { 0.0 };
-        let instead = cost / (of_a_row * cpu.all_rows() as f64 + besides);
+        let of_a_row = if parallel_rows { NANOSECONDS_OF_A_PARALLEL_ROW } else { NANOSECONDS_OF_A_ROW };
+        let instead = cost / (of_a_row * cpu.all_rows() as f64 + NANOSECONDS_OF_AN_ITERATION);
         let taken = iterations as f64;
-        let patient = patient && !few;
-        taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && (patient || left < MOST_REMAINING * instead))
+        taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && left < MOST_REMAINING * instead)
     }
 }
 
@@ -79,7 +75,7 @@ mod tests {
         cpu.rebuild(&chain(1_000));
         let mut forecast = Some(2_000.0 * NANOSECONDS_OF_A_PARALLEL_ROW * 1_000.0);
         let mut safeguard = InteriorPoint::default();
-        let mut goes_on = affordable(&mut safeguard, &mut forecast, 1e-6, false);
+        let mut goes_on = affordable(&mut safeguard, &mut forecast, 1e-6, true);
         let goes_on = |iteration: &u64| {
             let residual = factor.powf(*iteration as f64 / -100.0);
             goes_on(&cpu, Progress { iterations: *iteration, residual, least: residual })
@@ -91,7 +87,8 @@ mod tests {
     fn a_solve_is_handed_over_where_what_is_left_costs_more_than_it_may() {
         assert_eq!(given_up(1.0), ITERATIONS_BEFORE_FORECAST);
         assert_eq!(given_up(1.5), ITERATIONS_BEFORE_FORECAST);
-        // Four decades are left after 200 iterations, at one decade per hundred.
-        assert_eq!(given_up(10.0), 5_000);
+        // Four decades are left after 200 iterations, at one decade per hundred: as many iterations as a fifth of the cost.
+        assert_eq!(given_up(10.0), ITERATIONS_BEFORE_FORECAST);
+        assert_eq!(given_up(40.0), 5_000);
     }
 }

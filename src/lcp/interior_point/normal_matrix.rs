@@ -5,7 +5,7 @@
 //! with which it shares a row.
 
 use super::rows::UnitRows;
-use crate::lcp::sparse_cholesky::{Pattern, SparseCholesky};
+use crate::lcp::sparse_cholesky::{Pattern, SparseCholesky, minimum_degree};
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw};
 
@@ -42,9 +42,10 @@ pub(super) struct NormalMatrix<const D: usize> {
 
 impl<const D: usize> NormalMatrix<D> {
     /// Computes the patterns for some rows. Neither the matrix nor the factor may have more than `largest` entries.
-    pub fn analyse(&mut self, rows: &UnitRows<D>, largest: usize) -> Result<(), Refused> {
+    pub fn analyse(&mut self, rows: &mut UnitRows<D>, largest: usize) -> Result<(), Refused> {
         self.cholesky.forget();
         self.find_links(rows);
+        self.order(rows)?;
         let entries = rows.bodies * (D * (D + 1) / 2) + self.links.len() * D * D;
         if entries > largest {
             return Err(Refused::TooLarge);
@@ -57,7 +58,22 @@ impl<const D: usize> NormalMatrix<D> {
             ..CholeskySymbolicParams::default()
         };
         let pattern = Pattern { column: &self.column, entry: &self.entry };
-        if self.cholesky.analyse(pattern, parameters, largest) { Ok(()) } else { Err(Refused::TooLarge) }
+        if self.cholesky.analyse_in_order(pattern, parameters, largest) { Ok(()) } else { Err(Refused::TooLarge) }
+    }
+
+    /// Numbers the bodies in an order of elimination with little fill. A body's unknowns stay together, so the order is
+    /// that of a graph of bodies, and the factorization need not permute the matrix again.
+    fn order(&mut self, rows: &mut UnitRows<D>) -> Result<(), Refused> {
+        let neighbours: Vec<u32> = self.links.iter().map(|[_, high]| *high).collect();
+        let graph = Pattern { column: &self.first_link, entry: &neighbours };
+        rows.renumber(&minimum_degree(graph).ok_or(Refused::TooLarge)?);
+        self.find_links(rows);
+        Ok(())
+    }
+
+    /// Whether there is a factor's pattern.
+    pub fn is_analysed(&self) -> bool {
+        self.cholesky.symbolic().is_some()
     }
 
     fn find_links(&mut self, rows: &UnitRows<D>) {
@@ -198,10 +214,10 @@ mod tests {
     }
 
     fn solutions_solve<const D: usize>(bodies: u32, count: usize) {
-        let rows = rows::<D>(bodies, count);
+        let mut rows = rows::<D>(bodies, count);
         let weight: Vec<f64> = (0..count).map(|row| [1e-6, 1.0, 30.0][row % 3]).collect();
         let mut matrix = NormalMatrix::default();
-        assert_eq!(matrix.analyse(&rows, 1 << 20), Ok(()));
+        assert_eq!(matrix.analyse(&mut rows, 1 << 20), Ok(()));
         assert_eq!(matrix.factorize(&rows, &weight), Ok(()));
         let right: Vec<[f64; D]> = (0..rows.bodies).map(|i| std::array::from_fn(|k| (i * D + k) as f64)).collect();
         let mut v = right.clone();
@@ -227,13 +243,13 @@ mod tests {
 
     #[test]
     fn what_would_be_too_large_is_refused() {
-        let rows = rows::<3>(30, 100);
+        let mut rows = rows::<3>(30, 100);
         let mut matrix = NormalMatrix::default();
         for largest in [0, 100, 1_000] {
-            assert_eq!(matrix.analyse(&rows, largest), Err(Refused::TooLarge), "{largest}");
+            assert_eq!(matrix.analyse(&mut rows, largest), Err(Refused::TooLarge), "{largest}");
             assert_eq!(matrix.factorize(&rows, &[1.0; 100]), Err(Refused::TooLarge));
         }
-        assert_eq!(matrix.analyse(&rows, 10_000), Ok(()));
+        assert_eq!(matrix.analyse(&mut rows, 10_000), Ok(()));
         assert_eq!(matrix.factorize(&rows, &[f64::NAN; 100]), Err(Refused::NotPositive));
     }
 }

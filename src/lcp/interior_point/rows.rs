@@ -24,6 +24,8 @@ pub(super) struct UnitRows<const D: usize> {
     pub bodies: usize,
     /// The deepest violation without multipliers, zero if there is none.
     pub deepest: f64,
+    /// The length that is added to the gap of each row.
+    pub relief: f64,
     place: Vec<u32>,
 }
 
@@ -33,7 +35,7 @@ impl<const D: usize> UnitRows<D> {
         let bodies = rows.pair.as_flattened().iter().max().map_or(0, |body| *body as usize + 1);
         self.place.clear();
         self.place.resize(bodies, NONE);
-        (self.bodies, self.deepest) = (0, 0.0);
+        (self.bodies, self.deepest, self.relief) = (0, 0.0, 0.0);
         self.row.clear();
         self.row.extend((0..rows.q.len() as u32).filter(|row| rows.inverse[*row as usize] > 0.0));
         self.pair.clear();
@@ -56,6 +58,27 @@ impl<const D: usize> UnitRows<D> {
             self.q.push(rows.q[row] * inverse_length);
             self.deepest = self.deepest.max(lack(rows.q[row] * inverse_length));
         }
+    }
+
+    /// Adds a length to the gap of each row, in place of the last one.
+    pub fn relieve(&mut self, relief: f64) {
+        let change = relief - std::mem::replace(&mut self.relief, relief);
+        self.deepest = 0.0;
+        for (q, inverse_length) in self.q.iter_mut().zip(&self.inverse_length) {
+            *q += change * inverse_length;
+            self.deepest = self.deepest.max(lack(*q));
+        }
+    }
+
+    /// Gives the bodies other indices, again from zero on.
+    pub fn renumber(&mut self, place: &[u32]) {
+        self.pair.as_flattened_mut().iter_mut().for_each(|body| *body = place[*body as usize]);
+    }
+
+    /// A multiplier and a gap of the problem as those of the row of length one.
+    pub fn unit(&self, row: usize, x: &[f64], g: &[f64]) -> [f64; 2] {
+        let (index, inverse_length) = (self.row[row] as usize, self.inverse_length[row]);
+        [x[index] / inverse_length, (g[index] + self.relief) * inverse_length]
     }
 
     pub fn len(&self) -> usize {
