@@ -86,7 +86,7 @@ impl SparseCholesky {
         parameters: CholeskySymbolicParams<'_>,
         largest: usize,
     ) -> bool {
-        // faer takes the pattern of a matrix in its own order for that of the upper triangle, whatever it is told.
+        // faer 0.24 ignores the side if the order is the matrix's own: it reads the pattern of the upper triangle.
         let (column, entry) = pattern.transposed();
         let upper = Pattern { column: &column, entry: &entry };
         let ordering = SymmetricOrdering::Identity;

@@ -48,7 +48,6 @@ impl Stages<'_> {
         }
         if start.middle.is_none() {
             let deepest = |deepest: f64, near: &Near| deepest.max(-near.found.separation);
-            // The largest is the same in any order.
             // What a wall's motion makes of a start is no overlap of the start.
             let before = start.walls_before().map(|walls| {
                 let limit = |i: usize| if start.is_idle(i) { f64::NEG_INFINITY } else { 0.0 };
@@ -58,6 +57,7 @@ impl Stages<'_> {
                 let places = near.pair.map(|i| first.pose(i as usize).position);
                 -start.separation_before(setup, places, &near.found)
             };
+            // The largest is the same in any order.
             let overlaps = found.par_iter().with_min_len(LEAST_PAIRS_A_TASK).map(of_bodies);
             let overlap = overlaps.reduce(|| 0.0, f64::max);
             let overlap = before.as_ref().unwrap_or(&walls).iter().fold(overlap, deepest);

@@ -282,9 +282,12 @@ impl<const D: usize> RowSet<D> {
 
     /// Whether a normal row pushes whose pair is `asked` for.
     pub(super) fn any_pushes(&self, asked: impl Fn([u32; 2]) -> bool + Sync) -> bool {
-        let rows = self.problem.pair.par_iter().zip(&self.gamma).enumerate().with_min_len(LEAST_ROWS_A_PASS);
-        let pair = |pair: &[u32; 2]| pair.map(|place| of_rows(place, self.bodies));
-        rows.any(|(row, (places, gamma))| *gamma > 0.0 && self.is_contact(row) && asked(pair(places)))
+        (0..self.gamma.len()).into_par_iter().with_min_len(LEAST_ROWS_A_PASS).any(|row| self.pushes(row, &asked))
+    }
+
+    fn pushes(&self, row: usize, asked: impl Fn([u32; 2]) -> bool) -> bool {
+        let pair = || self.problem.pair[row].map(|place| of_rows(place, self.bodies));
+        self.gamma[row] > 0.0 && self.is_contact(row) && asked(pair())
     }
 
     /// The normal rows that push, and their multipliers.
@@ -368,14 +371,8 @@ impl<const D: usize> RowSet<D> {
     /// The same of the pairs that are `asked` for: checked before rows are sorted, which is more expensive.
     pub(super) fn pushing_of(&self, least: f64, asked: impl Fn([u32; 2]) -> bool + Sync) -> Vec<Push> {
         let mut pushing: Vec<Push> = Vec::new();
-        let pushes = |row: &u32| {
-            let at = *row as usize;
-            self.gamma[at] > 0.0
-                && self.is_contact(at)
-                && asked(self.problem.pair[at].map(|place| of_rows(place, self.bodies)))
-        };
         let rows = (0..self.gamma.len() as u32).into_par_iter().with_min_len(LEAST_ROWS_A_PASS);
-        let mut order: Vec<u32> = rows.filter(pushes).collect();
+        let mut order: Vec<u32> = rows.filter(|row| self.pushes(*row as usize, &asked)).collect();
         let key = |row: &u32| (self.problem.pair[*row as usize], self.feature[*row as usize], *row);
         order.sort_unstable_by_key(key);
         for row in order {

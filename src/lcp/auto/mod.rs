@@ -248,13 +248,13 @@ fn outcome<const D: usize, P: Portion<D>>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::lcp::engine::Engine;
     use crate::lcp::{Problem, Solver, SolverKind};
 
     /// Spheres in a line, each too near the next by one to two lengths: an iteration passes information on by one body.
-    pub(super) fn chain(links: u32) -> Problem<3> {
+    pub(in crate::lcp) fn chain(links: u32) -> Problem<3> {
         let along = |x: f64| [x, 0.0, 0.0];
         Problem {
             bodies: links as usize + 1,

@@ -18,26 +18,25 @@ pub(super) const WINDOW: u64 = 100;
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 
 /// The part of that cost that conjugate gradients may still need, as the residuals predict. A colony to 2,048 cells at
-/// dt 0.01 takes the same products with 0 and 0.1, and 1,135 in place of 534 a step where a prediction counts only up to
-/// 1,024 rows. With nearly parallel rows 200 LCPs of colonies take the same time within 4 % with 0 to 0.5, and up to 8 %
-/// more with 1.
+/// dt 0.01 takes the same products with 0 and 0.1. With nearly parallel rows 200 LCPs of colonies take the same time
+/// within 4 % with 0 to 0.5, and up to 8 % more with 1.
 const MOST_REMAINING: f64 = 0.1;
 
 /// The cost of an iteration beside its rows, which matters if these are few: 176 to 360 rows of a chamber take 10.1
 /// nanoseconds a row and iteration on one idle core, 1,500 to 3,400 of a colony 7.3.
 const NANOSECONDS_OF_AN_ITERATION: f64 = 600.0;
 
-/// Nanoseconds per row of an iteration of the conjugate gradients, on one idle core: 7.3 to 9.5 for 1,500 to 70,000 rows
-/// (AMD EPYC, November 2026), in the plane and in space. The number of threads changes no decision, so it changes no
-/// bits.
+/// Nanoseconds per row of an iteration of the conjugate gradients, on one idle core: 7.3 to 9.5 for 1,500 to 70,000
+/// rows (AMD EPYC, November 2026), in the plane and in space. The number of threads changes no decision, so it changes
+/// no bits.
 const NANOSECONDS_OF_A_ROW: f64 = 8.0;
 
 /// The same for nearly parallel rows, in the order of their pairs: in busier hours 1.7 times as much as for others.
 const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 13.0;
 
 /// Decides whether to take one more iteration: yes while all iterations together cost less than the safeguard would,
-/// and the predicted remaining ones cost less than a part of it. Later problems of a step reuse its first forecast: they
-/// have the same pairs and few more.
+/// and the predicted remaining ones cost less than a part of it. Later problems of a step reuse its first forecast:
+/// they have the same pairs and few more.
 pub(super) fn affordable<const D: usize, P: Portion<D>>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,
@@ -87,7 +86,7 @@ mod tests {
     fn a_solve_is_handed_over_where_what_is_left_costs_more_than_it_may() {
         assert_eq!(given_up(1.0), ITERATIONS_BEFORE_FORECAST);
         assert_eq!(given_up(1.5), ITERATIONS_BEFORE_FORECAST);
-        // Four decades are left after 200 iterations, at one decade per hundred: as many iterations as a fifth of the cost.
+        // Four decades are left after 200 iterations, at one decade per hundred: a fifth of the cost.
         assert_eq!(given_up(10.0), ITERATIONS_BEFORE_FORECAST);
         assert_eq!(given_up(40.0), 5_000);
     }

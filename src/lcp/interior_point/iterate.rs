@@ -17,9 +17,8 @@ const REGULARIZATION: f64 = 1e-12;
 /// steps with smaller values.
 const START: f64 = 10.0;
 
-/// The same in tight wedges, where steps from near the bounds are short: of the 400 solves of a chamber of 60 cells that
-/// missed the tolerance with 10, 151 miss it with 10, 119 with 300, 110 with 1e3, 107 with 1e4 and 111 with 1e5 where
-/// rows are relieved.
+/// The same in tight wedges, where steps from near the bounds are short. Of 400 solves of a chamber of 60 cells with
+/// relieved rows, 151 miss the tolerance with 10, 119 with 300, 110 with 1e3, 107 with 1e4 and 111 with 1e5.
 const START_FAR_INSIDE: f64 = 1e3;
 
 /// How far inside a start near an approximate solution is, in residuals of it: a colony to 2,048 cells at dt 0.01 takes
@@ -27,8 +26,8 @@ const START_FAR_INSIDE: f64 = 1e3;
 const START_NEAR: f64 = 100.0;
 
 /// An approximate solution is no start if a multiplier is so many times the deepest violation: rows nearly contradict
-/// each other, and the method stalls. In colonies to 1,024 cells the largest is 220; in a full chamber three quarters of
-/// the solves have more, up to 1e9, and it takes 13,800 products a step from such starts, 8,200 without.
+/// each other, and the method stalls. In colonies to 1,024 cells the largest is 220. In a full chamber over half of the
+/// solves have more, up to 1e9; it takes 13,800 products a step from such starts, 8,200 without.
 const TIGHT: f64 = 1e3;
 
 /// The part of the distance to the first bound that a step leaves, at least and at most; between them it is the part by

@@ -39,10 +39,9 @@ pub(crate) const MOST_ITERATIONS: u64 = 100;
 const PATIENCE: u64 = 15;
 
 /// The part of the tolerance that a lenient solve adds to each gap: closed rows may be violated by as much. In wedges
-/// that are nearly contradictory a row shorter by a millionth takes a thousandth of the velocity and of the multipliers.
-/// Of 2,500 solves of a chamber of 60 cells, 207 miss the tolerance without it, and 54 with it; of 400 of these, 391
-/// miss it without, 190, 163 and 163 with 0.5, 0.9 and 0.95. Refined Newton steps change nothing (389), and a compliance
-/// of 1e-12 in place of the proximal term is worse (208).
+/// that are nearly contradictory a row shorter by a millionth takes a thousandth of the velocity and of the
+/// multipliers. Of 2,500 solves of a chamber of 60 cells, 207 miss the tolerance without it, and 54 with it. Of 400 of
+/// these, 391 miss it without, 190, 163 and 163 with 0.5, 0.9 and 0.95.
 const RELIEF: f64 = 0.9;
 
 /// Rows are relieved as soon as a multiplier is this many times the deepest violation, both of rows of length one.
@@ -68,8 +67,8 @@ pub(crate) enum Manner {
     Exact,
     /// It starts near the present multipliers, unless these are too large for it.
     Near,
-    /// It goes on after a solve of the same problem that stalled: from the violations, but farther inside, and with gaps
-    /// that may use up the tolerance.
+    /// It goes on after a solve of the same problem that stalled: from the violations, but farther inside, and with
+    /// gaps that may use up the tolerance.
     Lenient,
 }
 
@@ -123,8 +122,8 @@ impl<const D: usize> InteriorPoint<D> {
         ready.is_ok().then_some(STEPS * step)
     }
 
-    /// Solves the problem. `drive.at.x` becomes the solution or the best iterate, never worse than it was. Iterations are
-    /// steps. A start whose residual is at most `start_tolerance` counts as the solution.
+    /// Solves the problem. `drive.at.x` becomes the solution or the best iterate, never worse than it was. Iterations
+    /// are steps. A start whose residual is at most `start_tolerance` counts as the solution.
     pub fn run<P: Portion<D>>(
         &mut self,
         cpu: &mut Cpu<D, P>,
@@ -303,6 +302,7 @@ impl Refused {
 mod tests {
     use super::*;
     use crate::lcp::Problem;
+    use crate::lcp::auto::tests::chain;
 
     #[test]
     fn a_factor_over_the_bound_is_refused_and_the_start_kept() {
@@ -324,18 +324,6 @@ mod tests {
         assert_eq!((drive.at.x.as_slice(), residual), ([0.05, 0.0].as_slice(), 0.25));
         solver.largest_factor = LARGEST_FACTOR;
         assert_eq!(solver.run(&mut cpu, &mut drive, &settings, settings.tolerance, Manner::Exact).0, Status::Solved);
-    }
-
-    /// Spheres in a line, each too near the next by one to two lengths.
-    fn chain(links: u32) -> Problem<3> {
-        let along = |x: f64| [x, 0.0, 0.0];
-        Problem {
-            bodies: links as usize + 1,
-            pair: (0..links).map(|i| [i, i + 1]).collect(),
-            jacobian: vec![[along(-1.0), along(1.0)]; links as usize],
-            q: (0..links).map(|i| -1.0 - f64::from(i * 7_919 % links) / f64::from(links)).collect(),
-            ..Problem::default()
-        }
     }
 
     /// The outcome and the factorizations of a solve from this start.
