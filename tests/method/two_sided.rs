@@ -263,6 +263,28 @@ fn daughters_without_room_to_turn_turn_less_and_the_run_goes_on() {
     }
 }
 
+/// The closed form of a long chain that conjugate gradients solve slowly and the interior point takes over.
+#[test]
+fn a_line_of_cells_is_as_long_as_its_cells_and_its_centre_stays() {
+    let (simulation, reports) = run(scene(
+        r#"{ "name": "line", "planar": true, "time": { "dt": 0.05, "end": 6.6 },
+            "growth": { "rate": 1, "division_length": 4 },
+            "generate": [ { "founder": { "diameter": 0.5, "length": 2 } } ] }"#,
+    ));
+    assert!(reports.iter().map(|report| report.fallbacks).sum::<u32>() > 0);
+    let bodies = &simulation.state().unwrap().bodies;
+    let lengths: Vec<f64> = bodies.shape.iter().map(|shape| shape.growing_length().unwrap()).collect();
+    let end = |sign: f64| {
+        let ends = bodies.position.iter().zip(&lengths).map(|(position, length)| sign * position.x + 0.5 * length);
+        ends.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let (extent, sum) = (end(1.0) + end(-1.0), lengths.iter().sum::<f64>());
+    assert_eq!(lengths.len(), 512);
+    assert!((extent - sum).abs() < TOLERANCE, "{extent} {sum}");
+    let centre = bodies.position.iter().sum::<DVec3>() / lengths.len() as f64;
+    assert!(centre.length() < 1e-9, "{centre}");
+}
+
 /// Its contacts are rigid to first order, for which the run ended with "no room" though space is open: no row shows a
 /// motion along which they open to second order. Some steps find it in pieces, others by shaking the cells.
 #[test]
