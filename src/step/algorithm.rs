@@ -6,7 +6,7 @@
 
 use super::accuracy::Accuracy;
 use super::surplus::{self, LEAST_ROWS};
-use super::two_sided::{Caught, GAP, MOST_TILTS, Sides};
+use super::two_sided::{self, Caught, GAP, MOST_TILTS, Sides};
 use super::{ContactSettings, Fault, Hindrance, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
 use crate::dynamics::{Cells, OnNoRoom, Strain};
 use crate::lcp::{Outcome, Status};
@@ -54,8 +54,12 @@ pub struct Plan {
     pub parts_first: bool,
     /// The length of the next step, in parts of `dt`: see [`Time::span`](super::Time::span).
     pub span: f64,
-    /// Whether contacts that push must touch.
+    /// Whether bodies move in the plane.
+    pub(super) planar: bool,
+    /// Whether contacts that push must touch: with the rows of branches.
     pub(super) two_sided: bool,
+    /// Whether rows may be loosened before nothing overlaps.
+    pub(super) loosens_early: bool,
     /// Draws for rows that contradict each other.
     pub(super) most_tilts: u32,
     /// The draw by which the rows that push most are tilted although they have a common solution.
@@ -90,7 +94,9 @@ impl Plan {
             closed: model.cells.is_some() && model.walls.are_closed(&model.periods, model.planar),
             parts_first: false,
             span: 1.0,
+            planar: model.planar,
             two_sided: model.contact.rows_of_method() == Rows::Auto,
+            loosens_early: two_sided::loosens_early(model),
             most_tilts: MOST_TILTS,
             disturbed: None,
             friction_gap: model.contact.overlap_tolerance.max(model.friction.elastic_slip),
@@ -212,6 +218,9 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
     backend.begin()?; // growth, forces, effective mobility, free velocity at C^k
     backend.append_near()?; // A_0: one row a near pair
     let mut accuracy = Accuracy::first(contact, plan.tolerance);
+    if plan.planar && plan.two_sided {
+        accuracy = accuracy.in_plane();
+    }
     let mut first_violation = None;
     let mut sides = Sides::default();
     loop {
@@ -222,6 +231,7 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
         tried.report.velocity_residual = outcome.residual;
         let overlap = backend.trial(accuracy.of_rows())?; // C_n+1 = C(U_n), from C^k with the total velocity, every pair looked at
         tried.see(backend, plan, overlap)?;
+        log::trace!("trial: {} overlap, by up to {:.2e}", overlap.violations, overlap.worst);
         tried.report.first_violation = *first_violation.get_or_insert(overlap.worst);
         if contradicted(&outcome, contact) {
             sides.loosen(backend, plan, tried)?;
@@ -234,6 +244,7 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
             Caught::Nothing => {}
         }
         if accuracy.shows(&overlap) && tried.report.may_recurse(contact) {
+            sides.loosen_early(backend, plan, tried)?;
             // A_n+1: one more row a violating pair, linearised at C_n+1; or the offsets of rows that are there, exact
             // at C_n+1
             if tried.report.recursions < plan.most_tightenings {

@@ -225,6 +225,8 @@ pub trait RetryBackend: Verbs {
     fn has_births(&self) -> bool;
     /// The deepest overlap at the start of the present piece.
     fn start_overlap(&self) -> f64;
+    /// The deepest overlap of the state before the step: cells do not grow or divide in it yet.
+    fn rest_overlap(&self) -> f64;
 }
 
 /// Takes steps: a simulation's interface to its backend.

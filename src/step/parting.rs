@@ -27,7 +27,7 @@ impl Taking<'_> {
         guarded: bool,
     ) -> Result<Option<Overlap>, Fault> {
         let before = again.state()?.clone();
-        let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..self.plan.clone() };
+        let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, loosens_early: false, ..self.plan.clone() };
         again.part(true);
         let (mut left, mut moves) = (None, StepReport::default());
         for _ in 0..MOST_ROUNDS_OF_PARTING {
@@ -71,7 +71,7 @@ impl Taking<'_> {
         tried: &mut Attempt,
     ) -> Result<Option<Overlap>, Fault> {
         let before = again.state()?.clone();
-        let plan = Plan { keeps_least_bad: true, ..self.plan.clone() };
+        let plan = Plan { keeps_least_bad: true, loosens_early: false, ..self.plan.clone() };
         again.prepare(piece, &self.waiting);
         *tried = attempt(again, &plan, self.keep)?;
         self.report.add_cost(&tried.report);

@@ -163,8 +163,10 @@ impl Taking<'_> {
             return self.without_bounces(again, piece);
         }
         let births = again.has_births();
-        let overlaps = again.start_overlap() > self.plan.contact.overlap_tolerance;
-        if piece.is_whole() && overlaps && !self.report.parted && self.parted(again, 0.0, false)?.is_some() {
+        let tolerance = self.plan.contact.overlap_tolerance;
+        // First rows are made where cells have divided, or ahead.
+        let overlaps = |again: &dyn RetryBackend| again.start_overlap() > tolerance && again.rest_overlap() > tolerance;
+        if piece.is_whole() && !self.report.parted && overlaps(again) && self.parted(again, 0.0, false)?.is_some() {
             return self.piece(again, piece, None);
         }
         if let Some(overlap) = self.turn_less(again, piece, births)? {
@@ -205,12 +207,16 @@ impl Taking<'_> {
         let most_tilts = if matches!(self.waiting, Waiting::None) { self.plan.most_tilts } else { 0 };
         // The shortest pieces are as right as friction gets.
         let friction_gap = if piece.is_shortest() { f64::INFINITY } else { self.plan.friction_gap };
-        attempt(again, &Plan { most_tilts, friction_gap, ..self.plan.clone() }, self.keep)
+        // What the shortest piece cannot do decides between no room and another cause.
+        let loosens_early = self.plan.loosens_early && !piece.is_shortest();
+        attempt(again, &Plan { most_tilts, friction_gap, loosens_early, ..self.plan.clone() }, self.keep)
     }
 
     pub(super) fn count_failure(&mut self, failed: &Result<Attempt, Fault>) {
         match failed {
             Ok(tried) => {
+                let (overlap, residual) = (tried.overlap.error(), tried.report.velocity_residual);
+                log::trace!("fails: overlap {overlap:.2e}, residual {residual:.2e}, {:?}", tried.broken);
                 if self.report.failed_attempts == 0 {
                     self.report.first_violation = tried.report.first_violation;
                 }

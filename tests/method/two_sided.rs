@@ -106,6 +106,35 @@ fn loosening_lowers_the_objective() {
     assert!(loosened >= 20 && lower >= 20, "{loosened} {lower}");
 }
 
+/// Two pairs of balls between the same walls, far from each other: one exactly in line, whose rows are rebuilt, one that
+/// slides past each other by more than rebuilt rows may and less than others may.
+#[test]
+fn a_pair_whose_rows_are_rebuilt_does_not_loosen_those_of_a_crowd_elsewhere() {
+    let loosened = |pairs: &[f64]| {
+        let ball =
+            |x: f64, y: f64| format!(r#"{{ "shape": {{ "sphere": {{ "radius": 1 }} }}, "position": [{x}, {y}, 0] }}"#);
+        let of_pair = |(i, aside): (usize, &f64)| {
+            let y = 20.0 * i as f64;
+            [ball(-1.0, y - aside), ball(1.0, y + aside)]
+        };
+        let list: Vec<String> = pairs.iter().enumerate().flat_map(of_pair).collect();
+        let text = format!(
+            r#"{{ "name": "pairs", "planar": true, "time": {{ "dt": 0.02, "end": 0.02 }},
+                "walls": [ {{ "half_space": {{ "normal": [1, 0, 0], "offset": -2 }} }},
+                    {{ "half_space": {{ "normal": [-1, 0, 0], "offset": -2, "motion": {{ "velocity": [-1, 0, 0] }} }} }} ],
+                "bodies": [ {} ] }}"#,
+            list.join(", ")
+        );
+        let (_, reports) = run(scene(&text));
+        (reports[0].loosened, reports[0].largest_push_gap / 2.0)
+    };
+    let (of_slide, gap) = loosened(&[0.05]);
+    assert!(of_slide == 0 && gap > 2e-3 && gap < 0.02, "{of_slide} {gap}");
+    let (in_line, _) = loosened(&[0.0]);
+    let (both, kept) = loosened(&[0.0, 0.05]);
+    assert!(in_line > 0 && both == in_line && (kept - gap).abs() < 1e-4, "{in_line} {both} {kept} {gap}");
+}
+
 #[test]
 fn rows_of_bodies_buckle_and_none_is_thrown() {
     let rod = r#"{ "spherocylinder": { "diameter": 0.6, "length": 2 } }"#;

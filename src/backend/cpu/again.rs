@@ -4,7 +4,7 @@ use super::Cpu;
 use super::team::Team;
 use crate::dynamics::{ForceField, Waiting};
 use crate::lcp::Outcome;
-use crate::step::{Crowd, Fault, Piece, RetryBackend, Shake, State, Wedge};
+use crate::step::{Crowd, Fault, Piece, RetryBackend, Shake, State, Wedge, max_overlap_but};
 use std::collections::{BTreeSet, HashSet};
 
 impl<const D: usize, T: Team> Cpu<D, T> {
@@ -81,5 +81,11 @@ impl<const D: usize, T: Team> RetryBackend for Cpu<D, T> {
 
     fn start_overlap(&self) -> f64 {
         self.first.overlap
+    }
+
+    fn rest_overlap(&self) -> f64 {
+        let bodies = &self.state.bodies;
+        let stretch = self.setup.bonds.rigid_stretch(bodies);
+        max_overlap_but(&self.setup.fixed, bodies, self.start.walls_before().unwrap_or(&self.setup.walls)).max(stretch)
     }
 }

@@ -56,6 +56,7 @@ use row_set::{Contact, RowSet};
 use setup::Setup;
 use solve::Solve;
 use start::Start;
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 use team::{LocalProblem, Team};
 use trial::Trial;
@@ -90,6 +91,8 @@ pub struct Cpu<const D: usize, T: Team = Alone> {
     candidates: Candidates,
     /// Rows that a step may go back to.
     kept: Option<RowSet<D>>,
+    /// The bodies whose rows were rebuilt in this attempt, at another configuration than a trial.
+    rebuilt: BTreeSet<u32>,
     team: T,
     phases: Phases,
     /// How many bonds broke when the last trial was accepted.
@@ -134,6 +137,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             trial: Trial::default(),
             candidates: Candidates::in_space(model.periods),
             kept: None,
+            rebuilt: BTreeSet::new(),
             team,
             phases: Phases::default(),
             broken: 0,

@@ -125,14 +125,14 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         near.found.separation - self.rows.bounced(near)
     }
 
-    /// The branches that push and may end farther apart than the part `least` of the thickness, where they are at the
-    /// trial.
-    fn pushing_at_trial(&self, least: f64) -> Vec<(Push, Near)> {
+    /// The branches that push and may end farther apart than the part `least` of the thickness of their pair, where they
+    /// are at the trial.
+    fn pushing_at_trial(&self, least: impl Fn([u32; 2]) -> f64 + Sync) -> Vec<(Push, Near)> {
         let placed = |i: usize| self.trial.placed(&self.start, i);
         // Images of a cell that is sheared or changes move too.
         let images_move = self.setup.strain.is_some();
         let at_trial = self.at_trial();
-        let may_be_apart = |pair| images_move || at_trial.may_part(pair) > least * at_trial.thickness(pair);
+        let may_be_apart = |pair| images_move || at_trial.may_part(pair) > least(pair) * at_trial.thickness(pair);
         let pushing = self.rows.pushing_of(self.solve.tolerance(), may_be_apart);
         pushing.into_iter().filter_map(|push| Some((push, self.branch_of(&push, placed)?))).collect()
     }
@@ -141,7 +141,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let bounded = self.setup.has_inertia && !self.does_work() && !self.start.parting;
         let mut effect = Effect { energy_allowed: if bounded { 0.0 } else { f64::INFINITY }, ..Effect::default() };
         if self.start.proxies.is_empty() {
-            for (push, near) in self.pushing_at_trial(LEAST_GAP.min(gap)) {
+            for (push, near) in self.pushing_at_trial(|_| LEAST_GAP.min(gap)) {
                 self.add_push(&mut effect, &push, &near, gap);
             }
             if bounded {
@@ -299,6 +299,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         };
         let rebuilt: Vec<_> = pushing.iter().filter_map(contact).collect();
         self.rows.replace_branches(&rebuilt);
+        let bodies = rebuilt.iter().flat_map(|(near, ..)| near.pair);
+        self.rebuilt.extend(bodies.filter(|number| surface_of(*number).is_none()));
         rebuilt.len()
     }
 
@@ -345,7 +347,7 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
     }
 
     fn catch(&mut self, gap: f64, size: f64) -> usize {
-        let thrown = self.pushing_at_trial(gap);
+        let thrown = self.pushing_at_trial(|_| gap);
         let thrown = thrown.iter().filter(|(_, near)| self.apart(near) > self.allowed_gap(near.pair, gap));
         let thrown: Vec<Push> = thrown.map(|(push, _)| *push).collect();
         if thrown.is_empty() {
@@ -358,11 +360,13 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
         self.rebuild_rows_at(&self.wedge_rows(), &self.towards_trial(size))
     }
 
-    fn loosen(&mut self, gap: f64) -> Loosened {
+    fn loosen(&mut self, gap: f64, of_rebuilt: f64) -> Loosened {
         let mut of = BTreeMap::new();
         let mut rebuilt = Vec::new();
+        let is_rebuilt = |pair: [u32; 2]| pair.iter().any(|number| self.rebuilt.contains(number));
+        let gap = |pair: [u32; 2]| if is_rebuilt(pair) { of_rebuilt } else { gap };
         for (push, near) in self.pushing_at_trial(gap) {
-            if self.apart(&near) > self.allowed_gap(near.pair, gap) {
+            if self.apart(&near) > self.allowed_gap(near.pair, gap(near.pair)) {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);
                 }
@@ -375,6 +379,10 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
             self.rows.replace_branches(&rebuilt);
         }
         Loosened { rows, share }
+    }
+
+    fn thinnest(&self) -> f64 {
+        self.setup.thinnest
     }
 
     fn tilt(&mut self, draw: u32, size: &dyn Fn(f64) -> f64) -> usize {

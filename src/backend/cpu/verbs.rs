@@ -18,6 +18,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         let taken = self.next.take().unwrap_or((Piece::WHOLE, Waiting::None));
         self.begin_with(taken, whole)?;
         self.trial.begin();
+        self.rebuilt.clear();
         let Cpu { setup, start, motions, first, candidates, phases, .. } = self;
         candidates.set_periods(start.periods);
         phases.growth += begun.elapsed();
