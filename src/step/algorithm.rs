@@ -58,6 +58,8 @@ pub struct Plan {
     pub(super) planar: bool,
     /// Whether contacts that push must touch: with the rows of branches.
     pub(super) two_sided: bool,
+    /// Whether contacts may have friction.
+    pub(super) frictional: bool,
     /// Whether rows may be loosened before nothing overlaps.
     pub(super) loosens_early: bool,
     /// Draws for rows that contradict each other.
@@ -96,6 +98,7 @@ impl Plan {
             span: 1.0,
             planar: model.planar,
             two_sided: model.contact.rows_of_method() == Rows::Auto,
+            frictional: !model.friction.is_none(),
             loosens_early: two_sided::loosens_early(model),
             most_tilts: MOST_TILTS,
             disturbed: None,
