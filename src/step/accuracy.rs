@@ -46,16 +46,10 @@ const REAL_OF_CROWDS: f64 = 1.1;
 /// costs more than a few rows. Without it, the last recursions of a step of the packed rods add one row each.
 const ALMOST: f64 = 0.5;
 
-/// The same in the plane, where solves are exact: a colony of 2,048 cells at dt 0.01 takes 10.6, 9.0 and 7.6 recursions
-/// a step with 1, 0.5 and 0.1, and 4,964, 4,603 and 4,022 products.
-const ALMOST_IN_PLANE: f64 = 0.1;
-
 /// The accuracy of a step's present solve.
 pub(super) struct Accuracy {
     exact: bool,
     overlap_tolerance: f64,
-    /// The overlap from which on pairs get rows in an exact recursion.
-    of_exact: f64,
     /// The solver's own.
     tolerance: f64,
     residual: f64,
@@ -64,21 +58,14 @@ pub(super) struct Accuracy {
 }
 
 impl Accuracy {
-    /// Of the first solve of a step whose last one is to meet `tolerance`, with the rows of the article.
+    /// Of the first solve of a step whose last one is to meet `tolerance`.
     pub fn first(contact: &ContactSettings, tolerance: f64) -> Self {
         let overlap_tolerance = contact.overlap_tolerance;
         let recursive = contact.method.most_recursions(contact.max_recursions) > 0;
         let exact = contact.recursion != Recursion::Inexact || !recursive;
         let first = contact.cutoff.unwrap_or(f64::INFINITY).min(FIRST * overlap_tolerance);
         let residual = if exact { tolerance } else { tolerance.max(first) };
-        let of_exact = overlap_tolerance;
-        Accuracy { exact, overlap_tolerance, of_exact, tolerance, residual, next: NEXT, real: REAL }
-    }
-
-    /// The same with the rows of branches in the plane.
-    pub fn in_plane(self) -> Self {
-        let of_exact = (ALMOST_IN_PLANE * self.overlap_tolerance).max(self.tolerance).min(self.overlap_tolerance);
-        Accuracy { of_exact, ..self }
+        Accuracy { exact, overlap_tolerance, tolerance, residual, next: NEXT, real: REAL }
     }
 
     /// The residual that the solve is to reach.
@@ -100,7 +87,11 @@ impl Accuracy {
 
     /// The overlap from which on a pair gets a row, if any does.
     pub fn of_rows(&self) -> f64 {
-        if self.exact { self.of_exact } else { (ALMOST * self.overlap_tolerance).max(self.real * self.residual) }
+        if self.exact {
+            self.overlap_tolerance
+        } else {
+            (ALMOST * self.overlap_tolerance).max(self.real * self.residual)
+        }
     }
 
     /// Whether a trial shows an overlap that needs a row.
@@ -198,17 +189,6 @@ mod tests {
             Accuracy::first(&ContactSettings { cutoff: Some(0.05), ..contact() }, 1e-6).residual(),
             FIRST * 1e-5
         );
-    }
-
-    #[test]
-    fn in_the_plane_overlaps_a_tenth_of_the_tolerance_get_rows_once_one_is_over_it() {
-        let exact = ContactSettings { recursion: Recursion::Exact, ..contact() };
-        let of = |tolerance: f64| Accuracy::first(&exact, tolerance).in_plane();
-        for (tolerance, least) in [(1e-9, 1e-6), (1e-6, 1e-6), (3e-6, 3e-6), (1e-3, 1e-5)] {
-            let of_rows = of(tolerance).of_rows();
-            assert!((of_rows / least - 1.0).abs() < 1e-12, "{tolerance:e}: {of_rows:e}");
-        }
-        assert!(of(1e-6).shows(&overlap(1.01e-5)) && !of(1e-6).shows(&overlap(1e-5)));
     }
 
     #[test]

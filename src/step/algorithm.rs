@@ -54,9 +54,7 @@ pub struct Plan {
     pub parts_first: bool,
     /// The length of the next step, in parts of `dt`: see [`Time::span`](super::Time::span).
     pub span: f64,
-    /// Whether bodies move in the plane.
-    pub(super) planar: bool,
-    /// Whether contacts that push must touch: with the rows of branches.
+    /// Whether contacts that push must touch.
     pub(super) two_sided: bool,
     /// Whether contacts may have friction.
     pub(super) frictional: bool,
@@ -96,7 +94,6 @@ impl Plan {
             closed: model.cells.is_some() && model.walls.are_closed(&model.periods, model.planar),
             parts_first: false,
             span: 1.0,
-            planar: model.planar,
             two_sided: model.contact.rows_of_method() == Rows::Auto,
             frictional: !model.friction.is_none(),
             loosens_early: two_sided::loosens_early(model),
@@ -221,9 +218,6 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
     backend.begin()?; // growth, forces, effective mobility, free velocity at C^k
     backend.append_near()?; // A_0: one row a near pair
     let mut accuracy = Accuracy::first(contact, plan.tolerance);
-    if plan.planar && plan.two_sided {
-        accuracy = accuracy.in_plane();
-    }
     let mut first_violation = None;
     let mut sides = Sides::default();
     loop {
