@@ -315,21 +315,18 @@ fn a_line_of_cells_is_as_long_as_its_cells_and_its_centre_stays() {
 }
 
 /// Its contacts are rigid to first order, for which the run ended with "no room" though space is open: no row shows a
-/// motion along which they open to second order. Some steps find it in pieces, others by shaking the cells.
+/// motion along which they open to second order. Steps find it in pieces.
 #[test]
 fn cells_in_a_narrowing_chamber_find_the_way_that_no_constraint_shows() {
-    let mut shaken = 0;
-    for part in [0.5, 1.0, 1.3, 2.0] {
+    for part in [0.4, 0.5, 0.7, 0.85, 0.9, 1.0, 1.1, 1.2, 1.3, 1.5, 1.7, 2.0] {
         let mut scene = Scene::read("tests/data/narrowing-chamber.json").unwrap();
         scene.time.dt *= part;
         let mut simulation = Simulation::new(scene).unwrap();
         let reports: Vec<StepReport> = (0..2).map(|_| simulation.step().unwrap()).collect();
-        shaken += reports[0].shaken;
         assert!(largest(&reports, |r| r.max_overlap) <= TOLERANCE, "{part}");
         // That of a step in pieces is the sum of its pieces.
         assert!(largest(&reports, |r| r.largest_move) < 0.7, "{part}");
     }
-    assert!(shaken > 0);
 }
 
 /// Its last trial throws cells through each other, for which the run ended with "overlap".
