@@ -164,8 +164,8 @@ impl Taking<'_> {
         }
         let births = again.has_births();
         let tolerance = self.plan.contact.overlap_tolerance;
-        // First rows are made where cells have divided, or ahead. With friction the whole step with rows of its start shows
-        // whether bodies lock: shorter pieces let them grow under ever larger forces.
+        // First rows are made where cells have divided, or ahead. With friction the whole step with rows of its start
+        // shows whether bodies lock: shorter pieces let them grow under ever larger forces.
         let overlaps = |again: &dyn RetryBackend| {
             again.start_overlap() > tolerance && (self.plan.frictional || again.rest_overlap() > tolerance)
         };

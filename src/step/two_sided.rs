@@ -7,10 +7,10 @@ use crate::step::Verbs;
 /// The largest final separation of a pushing contact, as a part of the thinner body's thickness.
 pub(crate) const GAP: f64 = 0.02;
 
-/// The same for bodies with rows that were tilted or caught in the attempt: these were made at a different configuration
-/// than the final one, so their gap is not a slide. Otherwise two balls that a wall presses around in a ball that just
-/// contains them, 1e-2 out of line, run ahead of the wall by 0.07. For all bodies it would cost a crowd dozens of solves:
-/// five steps of a colony in which 2,048 cells divide, 80 s in place of 39.
+/// The same for bodies with rows that were tilted or caught in the attempt: these were made at a different
+/// configuration than the final one, so their gap is not a slide. Otherwise two balls that a wall presses around in a
+/// ball that just contains them, 1e-2 out of line, run ahead of the wall by 0.07. For all bodies it would cost a crowd
+/// dozens of solves: five steps of a colony in which 2,048 cells divide take 80 s in place of 39.
 const GAP_OF_REBUILT: f64 = 1e-3;
 
 /// A step fails if a pushing contact remains this part of the thinner body's thickness apart. Loosening leaves more
@@ -35,7 +35,7 @@ const MOST_FOLLOWS: u32 = 4;
 const MOST_ROUNDS: u32 = 40;
 
 /// The last recursion that may loosen rows although bodies overlap. With 6 in place of 20, the division of 2,048 cells
-/// takes a seventh more products.
+/// takes a tenth more products.
 const LAST_EARLY: u32 = 20;
 
 /// Another round of loosening follows if the objective falls by at least this part of the share that the bodies of the
@@ -170,8 +170,8 @@ pub trait TwoSided {
     /// thickness. Returns the number of rows.
     fn catch(&mut self, gap: f64, size: f64) -> usize;
     /// Replaces the rows of each pushing branch that is farther apart at the trial than the part `gap` of its thinner
-    /// body's thickness, or the part `of_rebuilt` if rows of one of its bodies were rebuilt elsewhere in this attempt, by
-    /// one row made there.
+    /// body's thickness, or the part `of_rebuilt` if rows of one of its bodies were rebuilt elsewhere in this attempt,
+    /// by one row made there.
     fn loosen(&mut self, gap: f64, of_rebuilt: f64) -> Loosened;
     /// The thickness of the thinnest body, a length.
     fn thinnest(&self) -> f64;

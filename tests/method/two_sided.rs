@@ -106,8 +106,8 @@ fn loosening_lowers_the_objective() {
     assert!(loosened >= 20 && lower >= 20, "{loosened} {lower}");
 }
 
-/// Two pairs of balls between the same walls, far from each other: one exactly in line, whose rows are rebuilt, one that
-/// slides past each other by more than rebuilt rows may and less than others may.
+/// Two pairs of balls between the same walls, far from each other: one exactly in line, whose rows are rebuilt, one
+/// that slides past each other by more than rebuilt rows may and less than others may.
 #[test]
 fn a_pair_whose_rows_are_rebuilt_does_not_loosen_those_of_a_crowd_elsewhere() {
     let loosened = |pairs: &[f64]| {

@@ -125,8 +125,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         near.found.separation - self.rows.bounced(near)
     }
 
-    /// The branches that push and may end farther apart than the part `least` of the thickness of their pair, where they
-    /// are at the trial.
+    /// The branches that push and may end farther apart than the part `least` of their pair's thickness, where they are
+    /// at the trial.
     fn pushing_at_trial(&self, least: impl Fn([u32; 2]) -> f64 + Sync) -> Vec<(Push, Near)> {
         let placed = |i: usize| self.trial.placed(&self.start, i);
         // Images of a cell that is sheared or changes move too.
