@@ -241,7 +241,9 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
             Caught::Nothing => {}
         }
         if accuracy.shows(&overlap) && tried.report.may_recurse(contact) {
-            sides.loosen_early(backend, plan, tried)?;
+            if sides.loosen_early(backend, plan, tried)? {
+                return Ok(());
+            }
             // A_n+1: one more row a violating pair, linearised at C_n+1; or the offsets of rows that are there, exact
             // at C_n+1
             if tried.report.recursions < plan.most_tightenings {

@@ -169,6 +169,9 @@ pub trait TwoSided {
     /// body's thickness, a short way towards the trial: bodies move by at most the part `size` of half of their
     /// thickness. Returns the number of rows.
     fn catch(&mut self, gap: f64, size: f64) -> usize;
+    /// Whether a pushing contact moves its bodies, which have no inertia, farther against each other at the trial than
+    /// allowed.
+    fn moves_too_far(&self) -> bool;
     /// Replaces the rows of each pushing branch that is farther apart at the trial than the part `gap` of its thinner
     /// body's thickness, or the part `of_rebuilt` if rows of one of its bodies were rebuilt elsewhere in this attempt,
     /// by one row made there.
@@ -254,14 +257,22 @@ impl Sides {
     }
 
     /// Loosens rows of a trial that still overlaps, by less than the gap that a push may end with: it is near enough to
-    /// the step's end to show which pushes come apart. What that makes of the objective is not checked.
-    pub fn loosen_early(&self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> Result<(), Fault> {
+    /// the step's end to show which pushes come apart, and whether the step throws bodies. What that makes of the
+    /// objective is not checked. Returns whether bodies are thrown: then the attempt ends, and shorter pieces follow.
+    pub fn loosen_early(&self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> Result<bool, Fault> {
         if !plan.loosens_early || self.kept.is_some() || !(1..=LAST_EARLY).contains(&tried.report.recursions) {
-            return Ok(());
+            return Ok(false);
         }
-        let Some(two_sided) = backend.two_sided() else { return Ok(()) };
-        if tried.overlap.error() > GAP * two_sided.thinnest() || !two_sided.throws(GAP) {
-            return Ok(());
+        let Some(two_sided) = backend.two_sided() else { return Ok(false) };
+        if tried.overlap.error() > GAP * two_sided.thinnest() {
+            return Ok(false);
+        }
+        if two_sided.moves_too_far() {
+            log::trace!("ends early: bodies are thrown");
+            return Ok(true);
+        }
+        if !two_sided.throws(GAP) {
+            return Ok(false);
         }
         let Loosened { rows, .. } = two_sided.loosen(GAP, GAP_OF_REBUILT);
         if rows > 0 {
@@ -269,7 +280,7 @@ impl Sides {
             tried.forget_least_bad();
         }
         tried.report.loosened += rows as u32;
-        Ok(())
+        Ok(false)
     }
 
     /// Rebuilds rows that throw bodies, and returns how to continue. A backend that cannot rebuild rows leaves the step

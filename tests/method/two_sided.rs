@@ -2,7 +2,10 @@
 //! in which nobody is thrown, and what contact may not do.
 
 use glam::DVec3;
-use relcp::step::Fault;
+use relcp::internals::backend::cpu::Cpu;
+use relcp::internals::freedom::PLANAR;
+use relcp::internals::step::Verbs;
+use relcp::step::{Fault, State};
 use relcp::{Scene, Simulation, StepReport};
 
 const TOLERANCE: f64 = 1e-5;
@@ -314,19 +317,57 @@ fn a_line_of_cells_is_as_long_as_its_cells_and_its_centre_stays() {
     assert!(centre.length() < 1e-9, "{centre}");
 }
 
+/// A wall at an angle of a sine of 0.1 to the floor closes on a ball of diameter 1 between them, which moves along the
+/// floor ten times as far as the wall closes: in one step at most by half of its diameter.
+#[test]
+fn a_ball_that_a_closing_wedge_throws_is_seen_at_a_trial_as_at_the_end() {
+    let (sine, dt) = (0.1, 0.1);
+    let cosine = f64::sqrt(1.0 - sine * sine);
+    for (move_, thrown) in [(0.3, false), (0.49, false), (0.51, true), (2.0, true)] {
+        let velocity = [sine, -cosine].map(|n| n * move_ * sine / dt);
+        let scene = scene(&format!(
+            r#"{{ "name": "wedge", "planar": true, "time": {{ "dt": {dt}, "end": {dt} }},
+            "walls": [ {{ "half_space": {{ "normal": [0, 1, 0], "offset": 0 }} }},
+                {{ "half_space": {{ "normal": [{sine}, {}, 0], "offset": {},
+                    "motion": {{ "velocity": [{}, {}, 0] }} }} }} ],
+            "bodies": [ {{ "shape": {{ "sphere": {{ "radius": 0.5 }} }}, "position": [0, 0.5, 0] }} ] }}"#,
+            -cosine,
+            -0.5 * cosine - 0.5,
+            velocity[0],
+            velocity[1]
+        ));
+        let state = State { next_id: 1, bodies: scene.build().unwrap(), ..State::default() };
+        let mut backend = Cpu::<PLANAR>::new(&scene.model(), state).unwrap();
+        backend.begin().unwrap();
+        backend.append_near().unwrap();
+        backend.solve(1e-9).unwrap();
+        backend.trial(TOLERANCE).unwrap();
+        let seen = Verbs::two_sided(&mut backend).unwrap().moves_too_far();
+        assert_eq!((seen, backend.effect(0.02).unwrap().thrown > 0), (thrown, thrown), "{move_}");
+        let (simulation, reports) = run(scene);
+        assert_eq!(reports[0].pieces > 1, thrown, "{move_}");
+        let x = simulation.state().unwrap().bodies.position[0].x;
+        assert!((x - move_).abs() < 2.0 * TOLERANCE / sine, "{x} {move_}");
+    }
+}
+
 /// Its contacts are rigid to first order, for which the run ended with "no room" though space is open: no row shows a
-/// motion along which they open to second order. Steps find it in pieces.
+/// motion along which they open to second order. Some steps find it in pieces, some of these after a small random move.
 #[test]
 fn cells_in_a_narrowing_chamber_find_the_way_that_no_constraint_shows() {
-    for part in [0.4, 0.5, 0.7, 0.85, 0.9, 1.0, 1.1, 1.2, 1.3, 1.5, 1.7, 2.0] {
+    let mut shaken = 0;
+    for part in [0.5, 0.7, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.7, 2.0, 4.0, 4.5, 5.0] {
         let mut scene = Scene::read("tests/data/narrowing-chamber.json").unwrap();
         scene.time.dt *= part;
         let mut simulation = Simulation::new(scene).unwrap();
         let reports: Vec<StepReport> = (0..2).map(|_| simulation.step().unwrap()).collect();
+        shaken += reports.iter().map(|report| report.shaken).sum::<u32>();
         assert!(largest(&reports, |r| r.max_overlap) <= TOLERANCE, "{part}");
-        // That of a step in pieces is the sum of its pieces.
-        assert!(largest(&reports, |r| r.largest_move) < 0.7, "{part}");
+        // That of a step in pieces is the sum of its pieces, and longer steps are of more.
+        assert!(largest(&reports, |r| r.largest_move) < 0.6 + 0.1 * part, "{part}");
     }
+    println!("{shaken} steps with a random move");
+    assert!(shaken > 0);
 }
 
 /// Its last trial throws cells through each other, for which the run ended with "overlap".

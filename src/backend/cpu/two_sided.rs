@@ -49,6 +49,16 @@ impl<const D: usize> AtTrial<'_, D> {
         of(a).min(of(b))
     }
 
+    /// How far the centre of one body comes against the other's.
+    fn relative_way(self, pair: [u32; 2]) -> f64 {
+        let way = |number: u32| match surface_of(number) {
+            Some(_) => DVec3::ZERO,
+            None => self.start.interval * self.trial.twist[number as usize].linear,
+        };
+        let [a, b] = pair.map(way);
+        (b - a).length()
+    }
+
     /// How far apart a push may end at most: the two points of a contact that pushes meet by its rows, and come apart
     /// by what they move. Rows may be made elsewhere, for which there is twice as much.
     ///
@@ -206,16 +216,19 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         if apart > effect.push_gap {
             (effect.push_gap, effect.push_pair) = (apart, Some(push.pair));
         }
-        let thickness = self.thickness(push.pair);
         effect.apart += usize::from(apart > self.allowed_gap(near.pair, gap));
         effect.torn += usize::from(apart > self.allowed_gap(near.pair, TORN));
-        let bodies = push.pair.map(|number| surface_of(number).is_none().then_some(number as usize));
+        let far = self.too_far(push.pair) - self.rows.bounced(near);
+        effect.thrown += usize::from(far > 0.0 && far > self.slack(push));
+    }
+
+    /// How much farther contact moves the bodies of a pair against each other than it may, beside slack and bounces.
+    fn too_far(&self, pair: [u32; 2]) -> f64 {
+        let bodies = pair.map(|number| surface_of(number).is_none().then_some(number as usize));
         let [a, b] = bodies.map(|body| body.map_or(DVec3::ZERO, |i| self.moved(i)));
         let free = |i: usize| self.start.interval * self.driven(i).linear.length();
-        let explained =
-            bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap + self.rows.bounced(near);
-        let far = (b - a).length() - self.may_move(push.pair, thickness) - explained;
-        effect.thrown += usize::from(far > 0.0 && far > self.slack(push));
+        let explained = bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap;
+        (b - a).length() - self.may_move(pair, self.thickness(pair)) - explained
     }
 
     /// How far contact may move the bodies of a pair against each other. With inertia the velocities of a piece of a
@@ -344,6 +357,14 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
     fn throws(&self, gap: f64) -> bool {
         let at_trial = self.at_trial();
         self.rows.any_pushes(|pair| at_trial.may_part(pair) > gap * at_trial.thickness(pair))
+    }
+
+    fn moves_too_far(&self) -> bool {
+        let at_trial = self.at_trial();
+        // Their free motions are part of the way, and allowed in addition.
+        let far = |pair| at_trial.relative_way(pair) > THROWN * at_trial.thickness(pair);
+        let pushing = self.rows.pushing_of(self.solve.tolerance(), far);
+        pushing.iter().any(|push| self.too_far(push.pair) > self.slack(push))
     }
 
     fn catch(&mut self, gap: f64, size: f64) -> usize {
