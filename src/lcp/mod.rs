@@ -32,6 +32,7 @@ mod interior_point;
 mod islands;
 mod kind;
 mod local;
+mod multifrontal;
 mod numbering;
 mod on_rows;
 mod pair_block_cg;

@@ -2,7 +2,7 @@
 
 use super::contradiction;
 use super::normal_matrix::{NormalMatrix, Refused};
-use super::rows::UnitRows;
+use super::rows::{UnitRows, fill, least, sums};
 use crate::lcp::cone::{Inner, is_outside, lack, project, residual, worse};
 
 /// The proximal term: a step uses `A + REGULARIZATION` in place of `A`, with rows of length one. Measured (November
@@ -169,9 +169,9 @@ impl<const D: usize> Iterate<D> {
     /// Takes one step.
     pub fn advance(&mut self, rows: &UnitRows<D>, matrix: &mut NormalMatrix<D>) -> Result<(), Refused> {
         let added = REGULARIZATION + self.compliance;
-        for i in 0..rows.len() {
-            self.weight[i] = 1.0 / (added + self.at(i).compliance());
-        }
+        let mut weight = std::mem::take(&mut self.weight);
+        fill(&mut weight, rows.len(), |i| 1.0 / (added + self.at(i).compliance()));
+        self.weight = weight;
         matrix.factorize(rows, &self.weight)?;
         let (mut predicted, mut step) = (std::mem::take(&mut self.predicted), std::mem::take(&mut self.step));
         // The predictor aims at the bounds; the length of its step determines the centring.
@@ -195,37 +195,32 @@ impl<const D: usize> Iterate<D> {
         &mut self,
         rows: &UnitRows<D>,
         matrix: &mut NormalMatrix<D>,
-        pull: impl Fn(usize) -> f64,
+        pull: impl Fn(usize) -> f64 + Sync + Send,
         out: &mut Direction,
     ) {
-        for i in 0..rows.len() {
-            self.right[i] = self.at(i).slack_for(pull(i)) - self.g[i];
-            self.work[i] = self.weight[i] * self.right[i];
-        }
+        let (mut right, mut work) = (std::mem::take(&mut self.right), std::mem::take(&mut self.work));
+        fill(&mut right, rows.len(), |i| self.at(i).slack_for(pull(i)) - self.g[i]);
+        fill(&mut work, rows.len(), |i| self.weight[i] * right[i]);
+        (self.right, self.work) = (right, work);
         rows.velocity(&self.work, &mut self.velocity);
         matrix.solve(&mut self.velocity);
         self.halves += 2;
         let Direction { gamma, slack } = out;
-        gamma.clear();
-        gamma.extend((0..rows.len()).map(|i| self.weight[i] * (self.right[i] - rows.along(i, &self.velocity))));
-        slack.clear();
-        let change = |i: usize| self.at(i).change_of_slack(pull(i), gamma[i]);
-        slack.extend((0..rows.len()).map(change));
+        fill(gamma, rows.len(), |i| self.weight[i] * (self.right[i] - rows.along(i, &self.velocity)));
+        fill(slack, rows.len(), |i| self.at(i).change_of_slack(pull(i), gamma[i]));
     }
 
     /// The target of `gamma slack` for a step, by Mehrotra's cubic rule.
     fn centre(&self, predicted: &Direction, part: f64) -> f64 {
-        let (mut now, mut then) = (0.0, 0.0);
-        for i in 0..self.gamma.len() {
-            now += self.at(i).complementarity();
-            then += self.at(i).after(part, predicted.of(i)).complementarity();
-        }
+        let [now, then] = sums(self.gamma.len(), |i| {
+            [self.at(i).complementarity(), self.at(i).after(part, predicted.of(i)).complementarity()]
+        });
         (then / now).powi(3) * now / self.gamma.len() as f64
     }
 
     /// The largest step along a direction before a multiplier or a slack reaches its bound.
     fn room(&self, along: &Direction) -> f64 {
-        (0..self.gamma.len()).map(|i| self.at(i).room(along.of(i))).fold(f64::INFINITY, f64::min)
+        least(self.gamma.len(), |i| self.at(i).room(along.of(i)))
     }
 
     /// The multiplier and the slack of a row.

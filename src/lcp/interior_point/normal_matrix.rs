@@ -1,13 +1,11 @@
 //! The matrix `I + J^T W J` of an iteration, in blocks by body, and its sparse Cholesky factor.
 //!
 //! Its pattern is that of the pairs, so the ordering (approximate minimum degree) and the pattern of the factor are
-//! computed once per solve. Columns hold the lower triangle: a body's own block, then one block for each later body
-//! with which it shares a row.
+//! computed once per solve. It has a block for each body, and one for each pair of bodies that share a row.
 
-use super::rows::UnitRows;
-use crate::lcp::sparse_cholesky::{Pattern, SparseCholesky, minimum_degree};
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw};
+use super::rows::{UnitRows, fill};
+use crate::lcp::multifrontal::{Blocks, Multifrontal, elimination_order};
+use crate::lcp::sparse_cholesky::Pattern;
 
 /// Marks a row with a zero block, which connects no bodies.
 const NONE: u32 = u32::MAX;
@@ -30,12 +28,13 @@ pub(super) struct NormalMatrix<const D: usize> {
     first_link: Vec<u32>,
     /// Each row's link.
     link: Vec<u32>,
-    /// The offset of each column, and the end.
-    column: Vec<u32>,
-    /// The row of each entry, and its value.
-    entry: Vec<u32>,
-    value: Vec<f64>,
-    cholesky: SparseCholesky,
+    /// The offset of each link's rows, and the end; and these rows, ascending.
+    first_row: Vec<u32>,
+    rows: Vec<u32>,
+    /// The blocks of the bodies and of the links. The columns of a link's block are the unknowns of its smaller body.
+    own: Vec<[[f64; D]; D]>,
+    linked: Vec<[[f64; D]; D]>,
+    cholesky: Multifrontal<D>,
     /// The number of factorizations; the owner resets it.
     pub factorizations: u64,
 }
@@ -46,34 +45,34 @@ impl<const D: usize> NormalMatrix<D> {
         self.cholesky.forget();
         self.find_links(rows);
         self.order(rows)?;
-        let entries = rows.bodies * (D * (D + 1) / 2) + self.links.len() * D * D;
+        let entries = D * D * (rows.bodies + self.links.len());
         if entries > largest {
             return Err(Refused::TooLarge);
         }
-        self.lay_out(rows.bodies, entries);
-        // Blocks of D columns share a pattern: on 256 rods, 1,024 rods and 144 rings factors of dense panels take a
-        // third of the time of others, and no more on larger systems.
-        let parameters = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-            ..CholeskySymbolicParams::default()
-        };
-        let pattern = Pattern { column: &self.column, entry: &self.entry };
-        if self.cholesky.analyse_in_order(pattern, parameters, largest) { Ok(()) } else { Err(Refused::TooLarge) }
+        self.sort_rows();
+        let later = self.later();
+        let graph = Pattern { column: &self.first_link, entry: &later };
+        if self.cholesky.analyse(graph, largest) { Ok(()) } else { Err(Refused::TooLarge) }
     }
 
     /// Numbers the bodies in an order of elimination with little fill. A body's unknowns stay together, so the order is
     /// that of a graph of bodies, and the factorization need not permute the matrix again.
     fn order(&mut self, rows: &mut UnitRows<D>) -> Result<(), Refused> {
-        let neighbours: Vec<u32> = self.links.iter().map(|[_, high]| *high).collect();
-        let graph = Pattern { column: &self.first_link, entry: &neighbours };
-        rows.renumber(&minimum_degree(graph).ok_or(Refused::TooLarge)?);
+        let later = self.later();
+        let graph = Pattern { column: &self.first_link, entry: &later };
+        rows.renumber(&elimination_order(graph).ok_or(Refused::TooLarge)?);
         self.find_links(rows);
         Ok(())
     }
 
+    /// The later body of each link.
+    fn later(&self) -> Vec<u32> {
+        self.links.iter().map(|[_, high]| *high).collect()
+    }
+
     /// Whether there is a factor's pattern.
     pub fn is_analysed(&self) -> bool {
-        self.cholesky.symbolic().is_some()
+        self.cholesky.is_analysed()
     }
 
     fn find_links(&mut self, rows: &UnitRows<D>) {
@@ -99,91 +98,79 @@ impl<const D: usize> NormalMatrix<D> {
         }
     }
 
-    fn lay_out(&mut self, bodies: usize, entries: usize) {
-        self.column.clear();
-        self.entry.clear();
-        self.value.clear();
-        self.value.resize(entries, 0.0);
-        for body in 0..bodies {
-            let links = &self.links[self.first_link[body] as usize..self.first_link[body + 1] as usize];
-            for k in 0..D {
-                self.column.push(self.entry.len() as u32);
-                self.entry.extend((D * body + k..D * (body + 1)).map(|entry| entry as u32));
-                self.entry.extend(links.iter().flat_map(|[_, high]| D as u32 * high..D as u32 * (high + 1)));
-            }
+    /// Lists the rows of each link.
+    fn sort_rows(&mut self) {
+        self.first_row.clear();
+        self.first_row.resize(self.links.len() + 1, 0);
+        let linked = |link: &&u32| **link != NONE;
+        for link in self.link.iter().filter(linked) {
+            self.first_row[*link as usize + 1] += 1;
         }
-        self.column.push(self.entry.len() as u32);
+        for link in 0..self.links.len() {
+            self.first_row[link + 1] += self.first_row[link];
+        }
+        let mut next = self.first_row.clone();
+        self.rows.clear();
+        self.rows.resize(next.last().map_or(0, |rows| *rows as usize), 0);
+        for (row, link) in self.link.iter().enumerate().filter(|(_, link)| **link != NONE) {
+            let next = &mut next[*link as usize];
+            self.rows[*next as usize] = row as u32;
+            *next += 1;
+        }
     }
 
-    /// An estimate of the multiplications of a factorization: the squares of the factor's column lengths. Zero before
-    /// the analysis.
+    /// An estimate of the multiplications of a factorization. Zero before the analysis.
     pub fn work(&self) -> f64 {
-        let square = |length: usize| (length as f64).powi(2);
-        match self.cholesky.symbolic().map(SymbolicCholesky::raw) {
-            None => 0.0,
-            Some(SymbolicCholeskyRaw::Simplicial(factor)) => {
-                factor.col_ptr().windows(2).map(|bounds| square((bounds[1] - bounds[0]) as usize)).sum()
-            }
-            Some(SymbolicCholeskyRaw::Supernodal(factor)) => (0..factor.n_supernodes())
-                .map(|node| {
-                    let columns = (factor.supernode_end()[node] - factor.supernode_begin()[node]) as usize;
-                    let bounds = &factor.col_ptr_for_row_idx()[node..node + 2];
-                    let below = (bounds[1] - bounds[0]) as usize;
-                    (1..=columns).map(|column| square(below + column)).sum::<f64>()
-                })
-                .sum(),
-        }
+        self.cholesky.work()
     }
 
     /// Factorizes for some weights of the rows.
     pub fn factorize(&mut self, rows: &UnitRows<D>, weight: &[f64]) -> Result<(), Refused> {
-        if self.cholesky.symbolic().is_none() {
+        if !self.cholesky.is_analysed() {
             return Err(Refused::TooLarge);
         }
         self.fill(rows, weight);
         self.factorizations += 1;
-        let pattern = Pattern { column: &self.column, entry: &self.entry };
-        if self.cholesky.factorize(pattern, &self.value) { Ok(()) } else { Err(Refused::NotPositive) }
+        let blocks = Blocks { own: &self.own, first_link: &self.first_link, linked: &self.linked };
+        if self.cholesky.factorize(blocks) { Ok(()) } else { Err(Refused::NotPositive) }
     }
 
     fn fill(&mut self, rows: &UnitRows<D>, weight: &[f64]) {
-        self.value.fill(0.0);
-        for body in 0..rows.bodies {
-            for k in 0..D {
-                self.value[self.column[D * body + k] as usize] = 1.0;
+        fill(&mut self.own, rows.bodies, |body| {
+            let mut block = std::array::from_fn(|k| std::array::from_fn(|l| if k == l { 1.0 } else { 0.0 }));
+            for entry in rows.incidence.of(body) {
+                let (row, side) = ((entry / 2) as usize, (entry % 2) as usize);
+                let jacobian = &rows.jacobian[row][side];
+                add_outer(&mut block, weight[row], jacobian, jacobian);
             }
-        }
-        for (row, weight) in weight.iter().enumerate() {
-            let ([a, b], [ja, jb]) = (rows.pair[row], &rows.jacobian[row]);
-            self.add_own(a as usize, ja, *weight);
-            self.add_own(b as usize, jb, *weight);
-            if self.link[row] != NONE {
-                let (low, j_low, j_high) = if a < b { (a, ja, jb) } else { (b, jb, ja) };
-                let below = D * (self.link[row] - self.first_link[low as usize]) as usize;
-                for (k, number) in j_low.iter().enumerate() {
-                    let start = self.column[D * low as usize + k] as usize + D - k + below;
-                    let scaled = weight * number;
-                    for (value, number) in self.value[start..start + D].iter_mut().zip(j_high) {
-                        *value += scaled * number;
-                    }
-                }
+            block
+        });
+        let NormalMatrix { links, first_row, rows: sorted, linked, .. } = self;
+        fill(linked, links.len(), |link| {
+            let mut block = [[0.0; D]; D];
+            for row in &sorted[first_row[link] as usize..first_row[link + 1] as usize] {
+                let row = *row as usize;
+                let ([a, b], [ja, jb]) = (rows.pair[row], &rows.jacobian[row]);
+                let (low, high) = if a < b { (ja, jb) } else { (jb, ja) };
+                add_outer(&mut block, weight[row], low, high);
             }
-        }
-    }
-
-    fn add_own(&mut self, body: usize, block: &[f64; D], weight: f64) {
-        for k in 0..D {
-            let start = self.column[D * body + k] as usize;
-            let scaled = weight * block[k];
-            for (value, number) in self.value[start..start + D - k].iter_mut().zip(&block[k..]) {
-                *value += scaled * number;
-            }
-        }
+            block
+        });
     }
 
     /// Solves with the last factor.
     pub fn solve(&mut self, v: &mut [[f64; D]]) {
-        self.cholesky.solve(v.as_flattened_mut());
+        self.cholesky.solve(v);
+    }
+}
+
+/// `block += weight a b^T`, with a column for each entry of `a`.
+fn add_outer<const D: usize>(block: &mut [[f64; D]; D], weight: f64, a: &[f64; D], b: &[f64; D]) {
+    for (column, a) in block.iter_mut().zip(a) {
+        let scaled = weight * a;
+        for (value, b) in column.iter_mut().zip(b) {
+            *value += scaled * b;
+        }
     }
 }
 

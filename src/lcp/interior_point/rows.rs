@@ -2,10 +2,36 @@
 
 use crate::lcp::cone::lack;
 use crate::lcp::cpu::Rows;
-use crate::lcp::product::{dot, scatter};
+use crate::lcp::incidence::Incidence;
+use crate::lcp::product::{add, dot};
+use rayon::prelude::*;
 
 /// No index.
 const NONE: u32 = u32::MAX;
+
+/// Loops over fewer rows or bodies than this run on one thread: one takes some 20 ns.
+const LEAST_A_TASK: usize = 1_024;
+
+/// `out[i] = value(i)`, by several threads.
+pub(super) fn fill<T: Send>(out: &mut Vec<T>, count: usize, value: impl Fn(usize) -> T + Sync + Send) {
+    (0..count).into_par_iter().with_min_len(LEAST_A_TASK).map(value).collect_into_vec(out);
+}
+
+/// The sums of some values of each row, by several threads: chunk by chunk, so that the bits do not depend on these.
+pub(super) fn sums<const N: usize>(rows: usize, values: impl Fn(usize) -> [f64; N] + Sync) -> [f64; N] {
+    let plus = |a: [f64; N], b: [f64; N]| std::array::from_fn(|k| a[k] + b[k]);
+    let of_chunk = |chunk: usize| {
+        let rows = chunk * LEAST_A_TASK..rows.min((chunk + 1) * LEAST_A_TASK);
+        rows.map(&values).fold([0.0; N], plus)
+    };
+    let parts: Vec<[f64; N]> = (0..rows.div_ceil(LEAST_A_TASK)).into_par_iter().map(of_chunk).collect();
+    parts.into_iter().fold([0.0; N], plus)
+}
+
+/// The least value of all rows, by several threads.
+pub(super) fn least(rows: usize, value: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
+    (0..rows).into_par_iter().with_min_len(LEAST_A_TASK).map(value).reduce(|| f64::INFINITY, f64::min)
+}
 
 /// Rows of length one. Their multipliers are the problem's times the length of the row, and so are lengths.
 #[derive(Default)]
@@ -26,6 +52,8 @@ pub(super) struct UnitRows<const D: usize> {
     pub deepest: f64,
     /// The length that is added to the gap of each row.
     pub relief: f64,
+    /// The rows of each body.
+    pub incidence: Incidence,
     place: Vec<u32>,
 }
 
@@ -58,6 +86,7 @@ impl<const D: usize> UnitRows<D> {
             self.q.push(rows.q[row] * inverse_length);
             self.deepest = self.deepest.max(lack(rows.q[row] * inverse_length));
         }
+        self.incidence.rebuild(self.bodies, &self.pair);
     }
 
     /// Adds a length to the gap of each row, in place of the last one.
@@ -73,6 +102,7 @@ impl<const D: usize> UnitRows<D> {
     /// Gives the bodies other indices, again from zero on.
     pub fn renumber(&mut self, place: &[u32]) {
         self.pair.as_flattened_mut().iter_mut().for_each(|body| *body = place[*body as usize]);
+        self.incidence.rebuild(self.bodies, &self.pair);
     }
 
     /// A multiplier and a gap of the problem as those of the row of length one.
@@ -88,7 +118,14 @@ impl<const D: usize> UnitRows<D> {
     /// `v = J^T x`.
     pub fn velocity(&self, x: &[f64], v: &mut Vec<[f64; D]>) {
         v.resize(self.bodies, [0.0; D]);
-        scatter(&self.pair, &self.jacobian, x, v);
+        let of_body = |(body, v): (usize, &mut [f64; D])| {
+            *v = [0.0; D];
+            for entry in self.incidence.of(body) {
+                let (row, side) = ((entry / 2) as usize, (entry % 2) as usize);
+                add(v, x[row], &self.jacobian[row][side]);
+            }
+        };
+        v.par_iter_mut().enumerate().with_min_len(LEAST_A_TASK).for_each(of_body);
     }
 
     /// A row of `J v`.
