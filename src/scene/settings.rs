@@ -159,9 +159,12 @@ impl Scene {
     pub fn recursion(&self) -> Recursion {
         match self.contact.recursion {
             Recursion::Auto => {
-                let inexact =
-                    !self.planar && self.contact.rows_of_method() == Rows::Auto && self.solver.tolerance.is_none();
-                if inexact { Recursion::Inexact } else { Recursion::Exact }
+                let may_loosen = self.contact.rows_of_method() == Rows::Auto && self.solver.tolerance.is_none();
+                match (may_loosen, self.planar) {
+                    (true, true) => Recursion::Adaptive,
+                    (true, false) => Recursion::Inexact,
+                    (false, _) => Recursion::Exact,
+                }
             }
             given => given,
         }

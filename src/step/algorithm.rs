@@ -230,6 +230,7 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
         tried.see(backend, plan, overlap)?;
         log::trace!("trial: {} overlap, by up to {:.2e}", overlap.violations, overlap.worst);
         tried.report.first_violation = *first_violation.get_or_insert(overlap.worst);
+        accuracy.see(&overlap);
         if contradicted(&outcome, contact) {
             sides.loosen(backend, plan, tried)?;
             return Ok(());

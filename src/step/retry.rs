@@ -8,6 +8,7 @@
 //!
 //! Nothing here depends on earlier steps, so a resumed run takes the same pieces.
 
+use super::accuracy;
 use super::algorithm::{Attempt, Plan, attempt};
 use super::{Crowd, Fault, Guard, Keep, Piece, State, StepReport, Stepping, Unresolved};
 use crate::dynamics::{OnNoRoom, Waiting};
@@ -73,6 +74,9 @@ pub(super) fn take_again(
         }
         // Pieces are the paper's.
         plan.over_corrects = false;
+        if let Some(Ok(tried)) = &first {
+            accuracy::expect(&mut plan.contact, &tried.report);
+        }
         let bounces = !plan.contact.restitution.is_none();
         let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None, bounces };
         let result = taken.step(again, first, &before);

@@ -36,6 +36,17 @@ const TIGHT: f64 = 1e3;
 const SHORTEST_OF: f64 = 1e-6;
 const LONGEST_OF: f64 = 3e-2;
 
+/// Corrections of a step's direction at most. In five steps in which 4,096 cells divide, solves take 18.6, 16.2, 14.8 and
+/// 15.2 steps with 0 to 3, and all of them 40, 34, 32 and 36 s.
+const MOST_CORRECTIONS: usize = 2;
+
+/// No step that goes at least this far is corrected; another should go this much farther, and goes at least this part
+/// of it farther if it counts. The values are Gondzio's, as is the factor by which products may differ from the target.
+const LONG: f64 = 0.9;
+const LONGER: f64 = 0.3;
+const WORTH: f64 = 0.1;
+const CENTRAL: f64 = 10.0;
+
 /// A direction in multipliers and slacks.
 #[derive(Default)]
 struct Direction {
@@ -59,6 +70,9 @@ pub(super) struct Iterate<const D: usize> {
     weight: Vec<f64>,
     right: Vec<f64>,
     work: Vec<f64>,
+    /// What the step aims at as the products of multipliers and slacks, and a correction of that.
+    pull: Vec<f64>,
+    next: Vec<f64>,
     velocity: Vec<[f64; D]>,
     predicted: Direction,
     step: Direction,
@@ -178,7 +192,11 @@ impl<const D: usize> Iterate<D> {
         self.newton(rows, matrix, |_| 0.0, &mut predicted);
         let part = self.room(&predicted).min(1.0);
         let centre = self.centre(&predicted, part);
-        self.newton(rows, matrix, |i| centre - predicted.of(i).complementarity(), &mut step);
+        let mut pull = std::mem::take(&mut self.pull);
+        fill(&mut pull, rows.len(), |i| centre - predicted.of(i).complementarity());
+        self.newton(rows, matrix, |i| pull[i], &mut step);
+        self.correct(rows, matrix, centre, &mut pull, [&mut step, &mut predicted]);
+        self.pull = pull;
         let short = (1.0 - part).clamp(SHORTEST_OF, LONGEST_OF);
         let length = ((1.0 - short) * self.room(&step)).min(1.0);
         for (x, change) in [(&mut self.gamma, &step.gamma), (&mut self.slack, &step.slack)] {
@@ -188,6 +206,40 @@ impl<const D: usize> Iterate<D> {
         }
         (self.predicted, self.step) = (predicted, step);
         Ok(())
+    }
+
+    /// Corrects a step that bounds make short: each correction aims, a bit beyond the step's end, at products of
+    /// multipliers and slacks that are neither small nor large, and counts if it makes the step longer (Gondzio,
+    /// Multiple centrality corrections in a primal-dual method for linear programming, 1996). `pull` is what the step
+    /// aims at; the second direction is scratch space.
+    fn correct(
+        &mut self,
+        rows: &UnitRows<D>,
+        matrix: &mut NormalMatrix<D>,
+        centre: f64,
+        pull: &mut Vec<f64>,
+        [step, other]: [&mut Direction; 2],
+    ) {
+        let mut next = std::mem::take(&mut self.next);
+        for _ in 0..MOST_CORRECTIONS {
+            let reached = self.room(step).min(1.0);
+            if reached >= LONG {
+                break;
+            }
+            let wished = (reached + LONGER).min(1.0);
+            fill(&mut next, rows.len(), |i| {
+                let product = self.at(i).after(wished, step.of(i)).complementarity();
+                let change = product.clamp(centre / CENTRAL, centre * CENTRAL) - product;
+                pull[i] + change.max(-centre * CENTRAL)
+            });
+            self.newton(rows, matrix, |i| next[i], other);
+            if self.room(other).min(1.0) < reached + WORTH * LONGER {
+                break;
+            }
+            std::mem::swap(pull, &mut next);
+            std::mem::swap(step, other);
+        }
+        self.next = next;
     }
 
     /// The Newton direction towards `gamma slack = pull` and slacks equal to the gaps.

@@ -9,8 +9,8 @@
 //! that rows may be repeated, parallel, or opposite without room between them. Rows are first scaled to length one;
 //! zero rows are left out, and only their gap is checked.
 //!
-//! It takes some 10 to 30 factorizations at any conditioning, a quarter less from an approximate solution
-//! ([`Manner::Near`]), and runs on one thread.
+//! It takes some 10 to 25 factorizations at any conditioning, a quarter less from an approximate solution
+//! ([`Manner::Near`]). Factorizations, solves and loops over rows run on all threads; no bit depends on their number.
 
 mod contradiction;
 mod iterate;
@@ -51,11 +51,12 @@ const RELIEVED_FROM: f64 = 1e4;
 const SETTLED: u64 = 10;
 
 /// The cost model of [`InteriorPoint::forecast`]: the number of steps, and the nanoseconds of a step per multiplication
-/// of its factorization and per unknown. On an idle core steps of some 180, 1,536 and 3,072 unknowns take 0.029, 0.41
-/// and 1.0 ms (AMD EPYC, November 2026); the model gives 0.03, 0.44 and 1.0.
+/// of its factorization and per unknown. On an idle core steps of 1,536 and 12,288 unknowns, with 2.1 and 61 million
+/// multiplications, take 0.63 and 8.6 ms where an iteration of conjugate gradients takes 13 nanoseconds a row (Intel Xeon,
+/// November 2026); the model is for 8 nanoseconds a row, which its user counts.
 const STEPS: f64 = 20.0;
-const NANOSECONDS_OF_A_MULTIPLICATION: f64 = 0.25;
-const NANOSECONDS_OF_AN_UNKNOWN: f64 = 150.0;
+const NANOSECONDS_OF_A_MULTIPLICATION: f64 = 0.05;
+const NANOSECONDS_OF_AN_UNKNOWN: f64 = 185.0;
 
 /// The part of the best residual, and of the least infeasibility, that counts as a gain.
 const GAIN: f64 = 0.5;

@@ -30,9 +30,9 @@ pub(super) struct Multifrontal<const D: usize> {
 }
 
 impl<const D: usize> Multifrontal<D> {
-    /// Drops the analysis and the factor.
+    /// Drops the analysis and the factor, and keeps the memory.
     pub fn forget(&mut self) {
-        (self.tasks, self.work, self.analysed) = (Vec::new(), 0.0, false);
+        (self.work, self.analysed) = (0.0, false);
     }
 
     /// Whether a pattern is analysed.
@@ -49,12 +49,13 @@ impl<const D: usize> Multifrontal<D> {
     /// each body to each later one with which it shares a block. Says whether the factor has at most `largest` entries
     /// and there is memory for it.
     pub fn analyse(&mut self, graph: Pattern<'_>, largest: usize) -> bool {
+        let old = std::mem::take(&mut self.tasks);
         self.forget();
         let Some(plan) = plan::Plan::new(graph, D) else { return false };
         if plan.entries() > largest {
             return false;
         }
-        let Some(tasks) = task::tasks(&plan, graph) else { return false };
+        let Some(tasks) = task::tasks(&plan, graph, old) else { return false };
         (self.tasks, self.work, self.analysed) = (tasks, plan.work(), true);
         true
     }
@@ -66,6 +67,9 @@ impl<const D: usize> Multifrontal<D> {
 
     /// Solves with the last factor; does nothing without one.
     pub fn solve(&mut self, x: &mut [[f64; D]]) {
+        if !self.analysed {
+            return;
+        }
         forward(&mut self.tasks, x);
         backward(&mut self.tasks);
         for task in &self.tasks {

@@ -50,7 +50,9 @@ pub(super) struct Plan {
 impl Plan {
     /// Analyses a graph of bodies with `block` unknowns each; none if there is no memory.
     pub fn new(graph: Pattern<'_>, block: usize) -> Option<Self> {
-        let mut nodes: Vec<Node> = supernodes(graph)?
+        let bodies = graph.column.len().saturating_sub(1);
+        let found = if bodies > 0 { supernodes(graph)? } else { Vec::new() };
+        let mut nodes: Vec<Node> = found
             .into_iter()
             .map(|(columns, rows)| Node {
                 first: columns.start,
@@ -62,7 +64,7 @@ impl Plan {
                 subtree_work: 0.0,
             })
             .collect();
-        let mut node_of = vec![0; graph.column.len().saturating_sub(1)];
+        let mut node_of = vec![0; bodies];
         for (k, node) in nodes.iter().enumerate() {
             node_of[node.first..node.first + node.columns].fill(k);
         }

@@ -60,12 +60,13 @@ struct Place {
     start: usize,
 }
 
-/// The tasks of a plan, in postorder; none if there is no memory.
-pub(super) fn tasks<const D: usize>(plan: &Plan, graph: Pattern<'_>) -> Option<Vec<Task<D>>> {
+/// The tasks of a plan, in postorder, with the memory of other ones; none if there is no memory.
+pub(super) fn tasks<const D: usize>(plan: &Plan, graph: Pattern<'_>, old: Vec<Task<D>>) -> Option<Vec<Task<D>>> {
+    let mut old = old.into_iter();
     let mut placed = vec![Place { task: 0, start: 0 }; plan.nodes.len()];
     let mut tasks: Vec<Task<D>> = Vec::with_capacity(plan.groups.len());
     for (k, group) in plan.groups.iter().enumerate() {
-        tasks.push(task(k, group, plan, graph, &mut placed)?);
+        tasks.push(task(k, group, plan, graph, &mut placed, old.next())?);
     }
     // A task comes after all others of its subtree, so those not yet in another's subtree are its children.
     for parent in 0..tasks.len() {
@@ -91,6 +92,7 @@ fn task<const D: usize>(
     plan: &Plan,
     graph: Pattern<'_>,
     placed: &mut [Place],
+    old: Option<Task<D>>,
 ) -> Option<Task<D>> {
     let bodies_of = |node: &usize| (plan.nodes[*node].first..).take(plan.nodes[*node].columns).map(|body| body as u32);
     let mut bodies: Vec<u32> = group.nodes.iter().flat_map(bodies_of).collect();
@@ -137,11 +139,12 @@ fn task<const D: usize>(
         placed[*k] = Place { task: index, start: update };
         fronts.push(front);
     }
+    let (old_factor, old_updates) = old.map_or_else(Default::default, |old| (old.factor, old.updates));
     let memory = cholesky_in_place_scratch::<f64>(widest, Par::Seq, Spec::default());
     Some(Task {
         fronts,
-        factor: zeros(factor)?,
-        updates: zeros(most)?,
+        factor: sized(old_factor, factor)?,
+        updates: sized(old_updates, most)?,
         memory: MemBuffer::try_new(memory).ok()?,
         x: vec![[0.0; D]; bodies.len()],
         below: vec![[0.0; D]; longest],
@@ -152,10 +155,9 @@ fn task<const D: usize>(
     })
 }
 
-/// This many zeros; none if there is no memory.
-fn zeros(count: usize) -> Option<Vec<f64>> {
-    let mut numbers = Vec::new();
-    numbers.try_reserve_exact(count).ok()?;
+/// A vector of this many numbers, whatever they are; none if there is no memory.
+fn sized(mut numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    numbers.try_reserve_exact(count.saturating_sub(numbers.len())).ok()?;
     numbers.resize(count, 0.0);
     Some(numbers)
 }
