@@ -4,7 +4,7 @@
 //! some body moves by at least `-y . q / sum |(J^T y)_b|`. If the rows contradict each other, steps of the multipliers
 //! grow along such a `y` with `J^T y` near zero.
 
-use super::rows::UnitRows;
+use super::rows::{UnitRows, sums};
 use crate::lcp::product::dot;
 
 /// A solution that moves a body by more than this many times the deepest violation does not count. A chain of `n`
@@ -18,13 +18,11 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Whether `y >= 0`, with `J^T y = v`, proves that the rows have no solution.
 pub(super) fn proven<const D: usize>(rows: &UnitRows<D>, y: &[f64], v: &[[f64; D]]) -> bool {
-    let (mut gain, mut terms, mut weight) = (0.0, 0.0, 0.0);
-    for (y, q) in y.iter().zip(&rows.q) {
-        gain -= y * q;
-        terms += (y * q).abs();
-        weight += y;
-    }
-    let pull: f64 = v.iter().map(|v| dot(v, v).sqrt()).sum();
+    let [gain, terms, weight] = sums(y.len(), |i| {
+        let term = y[i] * rows.q[i];
+        [-term, term.abs(), y[i]]
+    });
+    let [pull] = sums(v.len(), |body| [dot(&v[body], &v[body]).sqrt()]);
     gain - ROUNDING * terms > ORDINARY * rows.deepest * (pull + ROUNDING * weight)
 }
 

@@ -2,7 +2,7 @@
 
 use super::contradiction;
 use super::normal_matrix::{NormalMatrix, Refused};
-use super::rows::{UnitRows, fill, least, sums};
+use super::rows::{UnitRows, fill, fold, sums};
 use crate::lcp::cone::{Inner, is_outside, lack, project, residual, worse};
 
 /// The proximal term: a step uses `A + REGULARIZATION` in place of `A`, with rows of length one. Measured (November
@@ -160,12 +160,12 @@ impl<const D: usize> Iterate<D> {
 
     /// The largest multiplier.
     pub fn largest_multiplier(&self) -> f64 {
-        self.gamma.iter().fold(0.0, |largest, gamma| largest.max(*gamma))
+        fold(self.gamma.len(), 0.0, f64::max, |i| self.gamma[i])
     }
 
     /// The largest difference between a slack and its gap.
     pub fn infeasibility(&self) -> f64 {
-        self.g.iter().zip(&self.slack).fold(0.0, |largest, (g, slack)| largest.max((g - slack).abs()))
+        fold(self.gamma.len(), 0.0, f64::max, |i| (self.g[i] - self.slack[i]).abs())
     }
 
     /// Whether the last step proves that the rows have no solution.
@@ -272,7 +272,7 @@ impl<const D: usize> Iterate<D> {
 
     /// The largest step along a direction before a multiplier or a slack reaches its bound.
     fn room(&self, along: &Direction) -> f64 {
-        least(self.gamma.len(), |i| self.at(i).room(along.of(i)))
+        fold(self.gamma.len(), f64::INFINITY, f64::min, |i| self.at(i).room(along.of(i)))
     }
 
     /// The multiplier and the slack of a row.

@@ -264,11 +264,10 @@ impl<const D: usize> InteriorPoint<D> {
     /// The natural residual of the nonzero rows.
     fn live_residual<P: Portion<D>>(&self, cpu: &Cpu<D, P>, at: &Point<Vec<f64>>) -> f64 {
         let diagonal = cpu.rows().diagonal;
-        let share = |row: &u32| {
-            let row = *row as usize;
+        rows::fold(self.rows.len(), 0.0, worse, |i| {
+            let row = self.rows.row[i] as usize;
             residual(at.g[row], diagonal[row], at.x[row])
-        };
-        self.rows.row.iter().map(share).fold(0.0, worse)
+        })
     }
 
     /// Restores the best multipliers, and sets those of open rows to zero if the residual does not grow or stays within

@@ -19,14 +19,23 @@ pub(super) use order::elimination_order;
 use rayon::prelude::*;
 use task::Task;
 
+/// A task has at least this much work if it can, some 0.8 ms: threads take longer to share less.
+const LEAST_WORK: f64 = 1e7;
+
 /// The factor of the last matrix, and scratch space.
-#[derive(Default)]
 pub(super) struct Multifrontal<const D: usize> {
     /// In postorder, so that each task is the last one of its subtree.
     tasks: Vec<Task<D>>,
     /// See [`Multifrontal::work`].
     work: f64,
     analysed: bool,
+    least_work: f64,
+}
+
+impl<const D: usize> Default for Multifrontal<D> {
+    fn default() -> Self {
+        Multifrontal { tasks: Vec::new(), work: 0.0, analysed: false, least_work: LEAST_WORK }
+    }
 }
 
 impl<const D: usize> Multifrontal<D> {
@@ -51,7 +60,7 @@ impl<const D: usize> Multifrontal<D> {
     pub fn analyse(&mut self, graph: Pattern<'_>, largest: usize) -> bool {
         let old = std::mem::take(&mut self.tasks);
         self.forget();
-        let Some(plan) = plan::Plan::new(graph, D) else { return false };
+        let Some(plan) = plan::Plan::new(graph, D, self.least_work) else { return false };
         if plan.entries() > largest {
             return false;
         }

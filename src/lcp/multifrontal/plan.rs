@@ -2,12 +2,8 @@
 
 use crate::lcp::sparse_cholesky::{Pattern, supernodes};
 
-/// A task has at most this part of all work. With 2 threads and planar systems of 12,288 unknowns, 16 to 64 take the
-/// same time.
+/// A task has at most this part of all work, so that eight threads find several each.
 const SHARES: f64 = 32.0;
-
-/// A task has at least this much work if it can, some 0.1 ms.
-const LEAST_WORK: f64 = 1e6;
 
 /// The work of a supernode beside its multiplications.
 const WORK_OF_A_NODE: f64 = 3e3;
@@ -48,8 +44,9 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Analyses a graph of bodies with `block` unknowns each; none if there is no memory.
-    pub fn new(graph: Pattern<'_>, block: usize) -> Option<Self> {
+    /// Analyses a graph of bodies with `block` unknowns each, for tasks that have at least this much work if they can;
+    /// none if there is no memory.
+    pub fn new(graph: Pattern<'_>, block: usize, least_work: f64) -> Option<Self> {
         let bodies = graph.column.len().saturating_sub(1);
         let found = if bodies > 0 { supernodes(graph)? } else { Vec::new() };
         let mut nodes: Vec<Node> = found
@@ -78,7 +75,7 @@ impl Plan {
                 nodes[parent].subtree_work += work;
             }
         }
-        let groups = groups(&nodes);
+        let groups = groups(&nodes, least_work);
         Some(Plan { nodes, groups, block })
     }
 
@@ -101,9 +98,9 @@ fn work(node: &Node, block: usize) -> f64 {
 
 /// Groups the supernodes: subtrees of little work, adjacent ones with the same parent together, and above these the
 /// paths to the next branch.
-fn groups(nodes: &[Node]) -> Vec<Group> {
+fn groups(nodes: &[Node], least_work: f64) -> Vec<Group> {
     let total: f64 = nodes.iter().filter(|node| node.parent.is_none()).map(|node| node.subtree_work).sum();
-    let most = (total / SHARES).max(LEAST_WORK);
+    let most = (total / SHARES).max(least_work);
     let is_top = |k: usize| nodes[k].subtree_work > most;
     let mut groups: Vec<Group> = Vec::new();
     for (k, node) in nodes.iter().enumerate() {
