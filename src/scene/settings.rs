@@ -160,10 +160,11 @@ impl Scene {
         match self.contact.recursion {
             Recursion::Auto => {
                 let may_loosen = self.contact.rows_of_method() == Rows::Auto && self.solver.tolerance.is_none();
-                match (may_loosen, self.planar) {
-                    (true, true) => Recursion::Adaptive,
-                    (true, false) => Recursion::Inexact,
-                    (false, _) => Recursion::Exact,
+                let open = self.walls.is_empty() && self.periodic.is_none();
+                match self.planar {
+                    false if may_loosen => Recursion::Inexact,
+                    true if may_loosen && open => Recursion::Adaptive,
+                    _ => Recursion::Exact,
                 }
             }
             given => given,
