@@ -19,14 +19,6 @@ pub(super) enum Refused {
     NotPositive,
 }
 
-/// A graph of bodies, and the largest number of entries.
-#[derive(Default, PartialEq)]
-struct Given {
-    bodies: usize,
-    links: Vec<[u32; 2]>,
-    largest: usize,
-}
-
 /// The matrix, its factor, and scratch space for solves.
 #[derive(Default)]
 pub(super) struct NormalMatrix<const D: usize> {
@@ -43,48 +35,34 @@ pub(super) struct NormalMatrix<const D: usize> {
     own: Vec<[[f64; D]; D]>,
     linked: Vec<[[f64; D]; D]>,
     cholesky: Multifrontal<D>,
-    /// What the patterns are of, and the place of each body in the order of elimination.
-    given: Given,
-    place: Vec<u32>,
     /// The number of factorizations; the owner resets it.
     pub factorizations: u64,
 }
 
 impl<const D: usize> NormalMatrix<D> {
-    /// Computes the patterns for some rows and renumbers their bodies. Neither the matrix nor the factor may have more
-    /// than `largest` entries. Rows between the same bodies as the last ones keep the patterns.
+    /// Computes the patterns for some rows. Neither the matrix nor the factor may have more than `largest` entries.
     pub fn analyse(&mut self, rows: &mut UnitRows<D>, largest: usize) -> Result<(), Refused> {
+        self.cholesky.forget();
         self.find_links(rows);
-        let given = Given { bodies: rows.bodies, links: self.links.clone(), largest };
-        if !(self.cholesky.is_analysed() && self.given == given) {
-            self.cholesky.forget();
-            self.order()?;
-            self.given = given;
-        }
-        self.renumber(rows);
-        if self.cholesky.is_analysed() {
-            return Ok(());
-        }
+        self.order(rows)?;
         let entries = D * D * (rows.bodies + self.links.len());
-        let later = self.later();
-        let graph = Pattern { column: &self.first_link, entry: &later };
-        if entries <= largest && self.cholesky.analyse(graph, largest) { Ok(()) } else { Err(Refused::TooLarge) }
-    }
-
-    /// Finds an order of elimination with little fill. A body's unknowns stay together, so the order is that of a graph
-    /// of bodies, and the factorization need not permute the matrix again.
-    fn order(&mut self) -> Result<(), Refused> {
-        let later = self.later();
-        let graph = Pattern { column: &self.first_link, entry: &later };
-        self.place = elimination_order(graph).ok_or(Refused::TooLarge)?;
-        Ok(())
-    }
-
-    /// Numbers the bodies in that order, and lists the rows of each link.
-    fn renumber(&mut self, rows: &mut UnitRows<D>) {
-        rows.renumber(&self.place);
-        self.find_links(rows);
+        if entries > largest {
+            return Err(Refused::TooLarge);
+        }
         self.sort_rows();
+        let later = self.later();
+        let graph = Pattern { column: &self.first_link, entry: &later };
+        if self.cholesky.analyse(graph, largest) { Ok(()) } else { Err(Refused::TooLarge) }
+    }
+
+    /// Numbers the bodies in an order of elimination with little fill. A body's unknowns stay together, so the order is
+    /// that of a graph of bodies, and the factorization need not permute the matrix again.
+    fn order(&mut self, rows: &mut UnitRows<D>) -> Result<(), Refused> {
+        let later = self.later();
+        let graph = Pattern { column: &self.first_link, entry: &later };
+        rows.renumber(&elimination_order(graph).ok_or(Refused::TooLarge)?);
+        self.find_links(rows);
+        Ok(())
     }
 
     /// The later body of each link.
@@ -248,22 +226,6 @@ mod tests {
         solutions_solve::<3>(30, 100);
         solutions_solve::<6>(30, 100);
         solutions_solve::<6>(200, 1_500);
-    }
-
-    #[test]
-    fn rows_between_the_same_bodies_keep_the_pattern_and_others_do_not() {
-        let solve = |matrix: &mut NormalMatrix<3>, seed_rows: usize, weight: f64| {
-            let mut rows = rows::<3>(30, seed_rows);
-            assert_eq!(matrix.analyse(&mut rows, 1 << 20), Ok(()));
-            assert_eq!(matrix.factorize(&rows, &vec![weight; seed_rows]), Ok(()));
-            let mut v = vec![[1.0, 2.0, 3.0]; rows.bodies];
-            matrix.solve(&mut v);
-            v
-        };
-        let mut kept = NormalMatrix::default();
-        for (rows, weight) in [(60, 1.0), (60, 3.0), (40, 2.0), (60, 1.0)] {
-            assert_eq!(solve(&mut kept, rows, weight), solve(&mut NormalMatrix::default(), rows, weight));
-        }
     }
 
     #[test]
