@@ -210,3 +210,14 @@ fn a_solve_that_ends_early_in_a_step_within_tolerance_is_a_note() {
     assert!(totals.unconverged > 0);
     assert_eq!((totals.clean(), totals.reason()), (true, None));
 }
+
+#[test]
+fn a_dish_that_is_full_at_once_ends_the_run_without_a_panic_of_the_solver() {
+    for radius in [1.0, 1.05, 1.1, 1.2] {
+        let walls = format!(r#"walls=[{{"cylinder":{{"center":[0,0,0],"axis":[0,0,1],"radius":{radius}}}}}]"#);
+        let scene = Scene::load("colony", ["time.dt=0.02", "time.end=0.7", &walls]).unwrap();
+        let mut simulation = Simulation::new(scene).unwrap();
+        let ended = (0..35).find_map(|_| simulation.step().err());
+        assert!(matches!(ended, Some(Fault::NoRoom { .. })), "{radius}: {ended:?}");
+    }
+}

@@ -220,8 +220,10 @@ impl<const D: usize> Iterate<D> {
         pull: &mut Vec<f64>,
         [step, other]: [&mut Direction; 2],
     ) {
+        // Near the rounding of the products there may be no target.
+        let most = if centre > 0.0 { MOST_CORRECTIONS } else { 0 };
         let mut next = std::mem::take(&mut self.next);
-        for _ in 0..MOST_CORRECTIONS {
+        for _ in 0..most {
             let reached = self.room(step).min(1.0);
             if reached >= LONG {
                 break;
