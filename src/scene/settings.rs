@@ -161,9 +161,10 @@ impl Scene {
             Recursion::Auto => {
                 let may_loosen = self.contact.rows_of_method() == Rows::Auto && self.solver.tolerance.is_none();
                 let open = self.walls.is_empty() && self.periodic.is_none();
+                let colony = !self.growth.is_empty() && open && self.friction().is_none();
                 match self.planar {
                     false if may_loosen => Recursion::Inexact,
-                    true if may_loosen && open => Recursion::Adaptive,
+                    true if may_loosen && colony => Recursion::Adaptive,
                     _ => Recursion::Exact,
                 }
             }

@@ -214,8 +214,8 @@ impl OnFailure {
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Recursion {
-    /// Inexact in space, where packed bodies recurse several times a step; adaptive in the plane without walls and
-    /// periodic cells; exact elsewhere, in midpoint steps, and if `solver.tolerance` is set.
+    /// Inexact in space, where packed bodies recurse several times a step; adaptive for cells that grow in the open
+    /// plane without friction; exact elsewhere, in midpoint steps, and if `solver.tolerance` is set.
     #[default]
     Auto,
     /// As the last one: trials, and so the rows made there, come from exact solutions.
