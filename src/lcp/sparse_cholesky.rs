@@ -1,4 +1,5 @@
-//! The sparse Cholesky factor of a symmetric positive matrix, given by the columns of its lower triangle. On one thread.
+//! The sparse Cholesky factor of a symmetric positive matrix, given by the columns of its lower triangle. On one
+//! thread.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -61,9 +62,9 @@ pub(super) fn minimum_degree(graph: Pattern<'_>) -> Option<Vec<u32>> {
 /// limits for single unknowns in place of blocks, factors of 1,024 to 8,192 discs are 15 % larger and take 5 % longer.
 const MERGED: [(usize, f64); 4] = [(4, 1.0), (8, 0.5), (16, 0.1), (usize::MAX, 0.05)];
 
-/// The supernodes of the factor of a graph whose nodes are in order of elimination: their nodes, and the later ones that
-/// their rows below belong to, ascending. The graph has an edge from each node to each later one with which it shares an
-/// entry. None if there is no memory.
+/// The supernodes of the factor of a graph whose nodes are in order of elimination: their nodes, and the later ones
+/// that their rows below belong to, ascending. The graph has an edge from each node to each later one with which it
+/// shares an entry. None if there is no memory.
 pub(super) fn supernodes(graph: Pattern<'_>) -> Option<Vec<(Range<usize>, Vec<u32>)>> {
     // faer 0.24 ignores the side if the order is the matrix's own: it reads the pattern of the upper triangle.
     let (column, entry) = graph.transposed_with_diagonal();

@@ -2,12 +2,12 @@
 //!
 //! In an exact recursion every solve meets the solver's tolerance, and every overlap above the overlap tolerance gets a
 //! row, as in the paper. An adaptive one is exact until a trial overlaps grossly, and inexact from there on, in the
-//! pieces of the step too. The rest of this is about an inexact one. A solve that others will follow need only show where
-//! the smooth surfaces will overlap. What it has left undone, its residual, moves the trial by about as much: overlaps
-//! well above it are real and get rows, smaller ones wait for a tighter solve, so no row is spent on them. Each solve
-//! is as tight as the overlap seen last warrants. The last one meets the solver's own tolerance, and from there on the
-//! recursion is the paper's: rows for what overlaps, at the full tolerance, until nothing does; so its end and its
-//! guarantees are the paper's too. No row is ever taken back.
+//! pieces of the step too. The rest of this is about an inexact one. A solve that others will follow need only show
+//! where the smooth surfaces will overlap. What it has left undone, its residual, moves the trial by about as much:
+//! overlaps well above it are real and get rows, smaller ones wait for a tighter solve, so no row is spent on them.
+//! Each solve is as tight as the overlap seen last warrants. The last one meets the solver's own tolerance, and from
+//! there on the recursion is the paper's: rows for what overlaps, at the full tolerance, until nothing does; so its end
+//! and its guarantees are the paper's too. No row is ever taken back.
 
 use super::{ContactSettings, Recursion, StepReport};
 use crate::step::Overlap;
@@ -20,10 +20,10 @@ use crate::step::Overlap;
 /// stalled on such a step.
 const FIRST: f64 = 100.0;
 
-/// An adaptive recursion is inexact from a trial on that overlaps by more than this many tolerances: rows made there are
-/// far from the last ones however exact the trial is. In colonies such trials are rare below some thousand cells, and
-/// where they are not, five steps in which 4,096 cells divide take 53 s exactly, 33 s with 1,000, 36 s inexactly. In
-/// chambers it does not pay: `two-strains` takes 5,735 products a step exactly, 8,161 adaptively.
+/// An adaptive recursion is inexact from a trial on that overlaps by more than this many tolerances: rows made there
+/// are far from the last ones however exact the trial is. In colonies such trials are rare below some thousand cells,
+/// and where they are not, five steps in which 4,096 cells divide take 53 s exactly, 33 s with 1,000, 36 s inexactly.
+/// In chambers it does not pay: `two-strains` takes 5,735 products a step exactly, 8,161 adaptively.
 const GROSS: f64 = 1e3;
 
 /// Residual of the next solve, in parts of the overlap seen last: its rows leave about a tenth of that. Between 0.001

@@ -36,8 +36,8 @@ const TIGHT: f64 = 1e3;
 const SHORTEST_OF: f64 = 1e-6;
 const LONGEST_OF: f64 = 3e-2;
 
-/// Corrections of a step's direction at most. In five steps in which 4,096 cells divide, solves take 18.6, 16.2, 14.8 and
-/// 15.2 steps with 0 to 3, and all of them 40, 34, 32 and 36 s.
+/// Corrections of a step's direction at most. In five steps in which 4,096 cells divide, solves take 18.6, 16.2, 14.8
+/// and 15.2 steps with 0 to 3, and all of them 40, 34, 32 and 36 s.
 const MOST_CORRECTIONS: usize = 2;
 
 /// No step that goes at least this far is corrected; another should go this much farther, and goes at least this part

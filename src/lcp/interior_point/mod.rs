@@ -52,8 +52,8 @@ const SETTLED: u64 = 10;
 
 /// The cost model of [`InteriorPoint::forecast`]: the number of steps, and the nanoseconds of a step per multiplication
 /// of its factorization and per unknown. On an idle core steps of 1,536 and 12,288 unknowns, with 2.1 and 61 million
-/// multiplications, take 0.63 and 8.6 ms where an iteration of conjugate gradients takes 13 nanoseconds a row (Intel Xeon,
-/// November 2026); the model is for 8 nanoseconds a row, which its user counts.
+/// multiplications, take 0.63 and 8.6 ms where an iteration of conjugate gradients takes 13 nanoseconds a row (Intel
+/// Xeon, November 2026); the model is for 8 nanoseconds a row, which its user counts.
 const STEPS: f64 = 20.0;
 const NANOSECONDS_OF_A_MULTIPLICATION: f64 = 0.05;
 const NANOSECONDS_OF_AN_UNKNOWN: f64 = 185.0;

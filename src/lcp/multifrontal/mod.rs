@@ -4,8 +4,9 @@
 //! The method is multifrontal (Duff and Reid, The multifrontal solution of indefinite sparse symmetric linear
 //! equations, 1983). The bodies of a supernode are eliminated together, in a dense front of their columns and of the
 //! rows below. What that changes in these rows, the front's update, is added to the front of the parent in the
-//! elimination tree. Subtrees of little work, and the paths above them, are the tasks of the threads ([`task`]). Work is
-//! counted, not timed, and updates are added in the order of the children, so no bit depends on the number of threads.
+//! elimination tree. Subtrees of little work, and the paths above them, are the tasks of the threads ([`task`]). Work
+//! is counted, not timed, and updates are added in the order of the children, so no bit depends on the number of
+//! threads.
 
 mod front;
 mod order;
