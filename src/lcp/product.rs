@@ -69,14 +69,7 @@ impl<const D: usize> Product<D> {
     /// The same, with the same bits: body by body, then row by row.
     fn apply_together(&mut self, x: &[f64], out: &mut [f64]) {
         let Product { pair, jacobian, incidence, velocity } = self;
-        let of_body = |(body, velocity): (usize, &mut [f64; D])| {
-            *velocity = [0.0; D];
-            for entry in incidence.of(body) {
-                let (row, side) = ((entry / 2) as usize, (entry % 2) as usize);
-                add(velocity, x[row], &jacobian[row][side]);
-            }
-        };
-        velocity.par_iter_mut().enumerate().with_min_len(LEAST_BODIES_A_TASK).for_each(of_body);
+        gather(incidence, jacobian, x, velocity);
         let rows = pair.par_chunks(LEAST_ROWS_A_TASK).zip(jacobian.par_chunks(LEAST_ROWS_A_TASK));
         let all = out.par_chunks_mut(LEAST_ROWS_A_TASK).zip(rows);
         all.for_each(|(out, (pair, jacobian))| along(pair, jacobian, velocity, out));
@@ -137,6 +130,23 @@ impl<const D: usize> Product<D> {
 pub(crate) fn scatter<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], x: &[f64], out: &mut [[f64; D]]) {
     out.fill([0.0; D]);
     scatter_onto(pair, jacobian, x, out);
+}
+
+/// `out = J^T x`, body by body, by several threads, with the bits of [`scatter`].
+pub(crate) fn gather<const D: usize>(
+    incidence: &Incidence,
+    jacobian: &[[[f64; D]; 2]],
+    x: &[f64],
+    out: &mut [[f64; D]],
+) {
+    let of_body = |(body, out): (usize, &mut [f64; D])| {
+        *out = [0.0; D];
+        for entry in incidence.of(body) {
+            let (row, side) = ((entry / 2) as usize, (entry % 2) as usize);
+            add(out, x[row], &jacobian[row][side]);
+        }
+    };
+    out.par_iter_mut().enumerate().with_min_len(LEAST_BODIES_A_TASK).for_each(of_body);
 }
 
 /// `out += J^T x`, row by row.

@@ -41,7 +41,8 @@ const LONGEST_OF: f64 = 3e-2;
 const MOST_CORRECTIONS: usize = 2;
 
 /// No step that goes at least this far is corrected; another should go this much farther, and goes at least this part
-/// of it farther if it counts. The values are Gondzio's, as is the factor by which products may differ from the target.
+/// of it farther if it counts. The last is Gondzio's, as is the factor by which products may differ from the target;
+/// other values of the first two were not tried.
 const LONG: f64 = 0.9;
 const LONGER: f64 = 0.3;
 const WORTH: f64 = 0.1;

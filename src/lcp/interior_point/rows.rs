@@ -3,7 +3,7 @@
 use crate::lcp::cone::lack;
 use crate::lcp::cpu::Rows;
 use crate::lcp::incidence::Incidence;
-use crate::lcp::product::{add, dot};
+use crate::lcp::product::{dot, gather};
 use rayon::prelude::*;
 
 /// No index.
@@ -124,14 +124,7 @@ impl<const D: usize> UnitRows<D> {
     /// `v = J^T x`.
     pub fn velocity(&self, x: &[f64], v: &mut Vec<[f64; D]>) {
         v.resize(self.bodies, [0.0; D]);
-        let of_body = |(body, v): (usize, &mut [f64; D])| {
-            *v = [0.0; D];
-            for entry in self.incidence.of(body) {
-                let (row, side) = ((entry / 2) as usize, (entry % 2) as usize);
-                add(v, x[row], &self.jacobian[row][side]);
-            }
-        };
-        v.par_iter_mut().enumerate().with_min_len(LEAST_A_TASK).for_each(of_body);
+        gather(&self.incidence, &self.jacobian, x, v);
     }
 
     /// A row of `J v`.
