@@ -32,14 +32,9 @@ impl<const D: usize> Matrix<D> {
         // Each row's sum of others is less than the diagonal.
         let degree = |body: u32| links.as_flattened().iter().filter(|other| **other == body).count();
         let own = (0..bodies as u32).map(|body| {
-            let mut own = block(&mut rng);
-            for k in 0..D {
-                own[k][k] = ((degree(body) + 1) * D) as f64;
-                for l in 0..k {
-                    own[k][l] = own[l][k];
-                }
-            }
-            own
+            let half = block(&mut rng);
+            let diagonal = ((degree(body) + 1) * D) as f64;
+            std::array::from_fn(|k| std::array::from_fn(|l| if k == l { diagonal } else { half[k.min(l)][k.max(l)] }))
         });
         Matrix { own: own.collect(), first_link, later, linked }
     }
