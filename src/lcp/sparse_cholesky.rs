@@ -59,8 +59,8 @@ pub(super) fn minimum_degree(graph: Pattern<'_>) -> Option<Vec<u32>> {
 }
 
 /// Adjacent supernodes are merged if together they have at most so many nodes and at most this part of zeros. With
-/// limits for single unknowns in place of blocks, factors of 1,024 to 8,192 discs are 11 to 19 % larger and take 4 to 10 %
-/// longer.
+/// limits for single unknowns in place of blocks, factors of 1,024 to 8,192 discs are 11 to 19 % larger and take 4 to
+/// 10 % longer.
 const MERGED: [(usize, f64); 4] = [(4, 1.0), (8, 0.5), (16, 0.1), (usize::MAX, 0.05)];
 
 /// The supernodes of the factor of a graph whose nodes are in order of elimination: their nodes, and the later ones

@@ -21,9 +21,9 @@ use crate::step::Overlap;
 const FIRST: f64 = 100.0;
 
 /// An adaptive recursion is inexact from a trial on that overlaps by more than this many tolerances: rows made there
-/// are far from the last ones however exact the trial is. Five steps in which 4,096 cells divide take 53 s exactly, 33 s
-/// with 1,000, 36 s inexactly; a colony to 1,024 cells takes 234 products a step exactly and adaptively, 245 inexactly.
-/// In chambers it does not pay: `two-strains` takes 5,735 products a step exactly, 8,161 adaptively.
+/// are far from the last ones however exact the trial is. Five steps in which 4,096 cells divide take 53 s exactly,
+/// 33 s with 1,000, 36 s inexactly; a colony to 1,024 cells takes 234 products a step exactly and adaptively, 245
+/// inexactly. In chambers it does not pay: `two-strains` takes 5,735 products a step exactly, 8,161 adaptively.
 const GROSS: f64 = 1e3;
 
 /// Residual of the next solve, in parts of the overlap seen last: its rows leave about a tenth of that. Between 0.001
